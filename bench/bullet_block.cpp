@@ -16,7 +16,7 @@ struct BulletBlock::World {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-  btSoftBody* body = nullptr;  // the world's
+  btSoftBody* body = nullptr;  // owned by the world
   std::vector<int> held;
   std::vector<btVector3> rest_m;
   btScalar step_s = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// The same block as a Bullet soft body: the position-based solver that game and haptic projects reach for.
+/// The same block as a Bullet soft body, the position-based solver that game and haptic projects often use.
 
 #include <memory>
 
@@ -7,13 +7,14 @@
 
 namespace evenstep::bench {
 
-/// Particles, masses and springs of the scene, the fixed ones of no mass; the first tool's particles follow it. No gravity,
-/// no collision, stiffness factor 1 (Bullet's stiffness is iterations times step length, not N/m). Its step gives no force.
+/// The particles, masses and springs of the scene. Fixed particles have no mass, and those of the first tool follow it.
+/// There is no gravity and no collision, and the stiffness factor is 1 (Bullet's stiffness is iterations times step length,
+/// not N/m). A step gives no force.
 class BulletBlock {
  public:
   BulletBlock(const TissueScene& scene, double step_s, int iterations);
   ~BulletBlock();
-  void step(double offset_m);  ///< of the tool along x, from rest
+  void step(double offset_m);  ///< the offset of the tool along x from rest
 
  private:
   struct World;

@@ -43,7 +43,7 @@ struct NoWork final : Work {
 };
 
 /// The hold model: every lane waits for a pseudo-random time after its last event, so that the number of pending events
-/// stays what it is.
+/// does not change.
 class TimerEvents final : public CorePath {
  public:
   TimerEvents(int lanes, bool keep_events) : scheduler_(clock_, executor_, {.keep_events = keep_events}) {
@@ -90,10 +90,10 @@ class ChainedHash final : public CorePath {
   std::uint64_t hash_ = 0;
 };
 
-constexpr std::int64_t kSteps = 15;  // of a segment of 33.3 ms, as in the paper
+constexpr std::int64_t kSteps = 15;  // in a segment of 33.3 ms, as in the paper
 constexpr Duration kSlot{2'222'222};
 
-/// read(n) and emission(n) of a step; every 15th also the boundary.
+/// read(n) and emission(n) of a step; before every 15th step also the boundary.
 class MapReads final : public CorePath {
  public:
   void run(std::int64_t count) override {
@@ -110,8 +110,8 @@ class MapReads final : public CorePath {
   std::int64_t n_ = 0;
 };
 
-/// Times to read a ring at: between its entries `back` and `back` + 1 from the newest, at a fraction drawn before. The rings
-/// are filled once, because in a run an entry is written for every one that is read, on another lane.
+/// Times at which a ring is read: between the entries `back` and `back` + 1 before the newest, at a fraction that was drawn
+/// earlier. The rings are filled once, because in a run another lane writes an entry for every one that is read.
 constexpr Duration kTick{1'000'000};
 constexpr std::size_t entries_for(int back) { return std::max<std::size_t>(64, static_cast<std::size_t>(back) + 2); }
 class ReadTimes {
@@ -171,7 +171,7 @@ class RingWrites final : public CorePath {
   RealTime at_;
 };
 
-/// What a loop that is watched shows of a tick, or of a step.
+/// What a watched loop shows of a tick or of a step.
 template <class Seen>
 class Shown final : public CorePath {
  public:

@@ -1,6 +1,6 @@
 #pragma once
-/// The paths that every sample, step and event takes, one object each: the same work is timed by bench_core_paths and
-/// counted in instructions by count_instructions.
+/// The paths that every sample, step and event takes, as one object each. bench_core_paths measures the time of this work,
+/// and count_instructions counts its instructions.
 
 #include <cstdint>
 #include <memory>
@@ -12,12 +12,12 @@ namespace evenstep::bench {
 class CorePath {
  public:
   virtual ~CorePath() = default;
-  /// Does the path `count` times. What it makes is used, so that nothing of it is left out by the compiler.
+  /// Takes the path `count` times. Its results are used, so that the compiler leaves nothing out.
   virtual void run(std::int64_t count) = 0;
 };
 
 std::vector<std::string> core_path_names();
-/// nullptr for a name that is not one of them.
+/// The path of this name; nullptr if there is none.
 std::unique_ptr<CorePath> make_core_path(const std::string& name);
 
 }  // namespace evenstep::bench

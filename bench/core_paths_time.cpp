@@ -1,4 +1,4 @@
-// Time of one passage of each core path.
+// The time of one passage through each core path.
 //   scripts/bench.sh paths
 #include <benchmark/benchmark.h>
 

@@ -1,6 +1,6 @@
-// One core path under valgrind, which counts the instructions between entering and leaving measured():
+// Runs one core path under valgrind, which counts the instructions between entering and leaving measured():
 //   valgrind --tool=callgrind --collect-atstart=no --toggle-collect=measured build/bench/count_instructions NAME
-// Without a name: lists the paths. --passages: how often measured() takes the path.
+// Without a name it lists the paths. --passages prints how often measured() takes the path.
 #include <cstdio>
 #include <cstring>
 
@@ -20,6 +20,6 @@ int main(int argc, char** argv) {
   if (std::strcmp(argv[1], "--passages") == 0) return std::printf("%d\n", kPassages) < 0;
   const auto path = evenstep::bench::make_core_path(argv[1]);
   if (!path) return 2;
-  path->run(kPassages);  // first use: memory grown, shared libraries bound
+  path->run(kPassages);  // the first use grows memory and binds shared libraries
   measured(*path);
 }

@@ -1,6 +1,6 @@
-// How late a thread wakes that wants to run 1000 times a second, by how it waits and by what the system grants it. All ways
-// take turns in blocks of a quarter of a second, so that whatever else the machine does hits each of them alike. Once with
-// nothing of our own beside it, once with a thread on every core that never sleeps.
+// How late a thread wakes that wants to run 1000 times a second, depending on how it waits and on what the system grants it.
+// All ways of waiting take turns in blocks of a quarter of a second, so that whatever else the machine does hits all of them
+// alike. Measured once with nothing beside it, and once with a thread on every core that never sleeps.
 //
 //   bench_device_tick [ROUNDS]     ROUNDS (40) blocks of 250 ticks each
 #include <fmt/format.h>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::int64_t kPeriod_ns = 1'000'000;
 constexpr int kTicksPerBlock = 250;
-constexpr int kPriority = 45;  // that of a live run's device thread
+constexpr int kPriority = 45;  // as for the device thread of a live run
 
 std::int64_t monotonic_ns() {
   timespec now{};
@@ -36,7 +36,7 @@ std::int64_t monotonic_ns() {
   return now.tv_sec * 1'000'000'000 + now.tv_nsec;
 }
 
-/// Waits until this reading of CLOCK_MONOTONIC.
+/// Waits until CLOCK_MONOTONIC reads this.
 using Wait = std::function<void(std::int64_t deadline_ns)>;
 
 Wait by_wall_clock(Duration spin_tail) {
@@ -63,7 +63,7 @@ void by_clock_nanosleep(std::int64_t deadline_ns) {
   clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
 }
 
-/// One way to wait, and what was measured of it.
+/// One way to wait, and what was measured with it.
 struct Way {
   std::string name;
   Wait wait;
@@ -73,7 +73,7 @@ struct Way {
   std::vector<std::int64_t> lateness_ns = {};
   std::int64_t missed = 0;
   double cpu_s = 0, all_s = 0;
-  std::string fifo_refusal = {}, awake_refusal = {};  ///< empty: granted, or not asked for
+  std::string fifo_refusal = {}, awake_refusal = {};  ///< empty if granted or not asked for
 };
 
 double thread_cpu_s() {
@@ -82,13 +82,13 @@ double thread_cpu_s() {
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
-/// A block of ticks on a thread of its own, so that no way inherits the rights of another.
+/// Runs a block of ticks on a separate thread, so that no way inherits the rights of another.
 void run_block(Way& way) {
   std::thread([&] {
     std::optional<WakeLatency> latency;
     if (way.awake) way.awake_refusal = latency.emplace().refusal();
     std::optional<RealTimeRights> rights;
-    if (way.own_rights) rights.emplace(way.fifo ? kPriority : 0);  // 0 is refused: what needs no permission remains
+    if (way.own_rights) rights.emplace(way.fifo ? kPriority : 0);  // 0 is refused, so only what needs no permission remains
     if (way.fifo && !rights->grant().fifo) way.fifo_refusal = rights->grant().refusal;
     const std::int64_t begin_ns = monotonic_ns();
     const double cpu_before_s = thread_cpu_s();
@@ -97,7 +97,7 @@ void run_block(Way& way) {
       way.wait(deadline_ns);
       const std::int64_t late_ns = monotonic_ns() - deadline_ns;
       way.lateness_ns.push_back(late_ns);
-      way.missed += late_ns / kPeriod_ns;  // as the device lane: ticks whose time has passed are left out
+      way.missed += late_ns / kPeriod_ns;  // as in the device lane, ticks whose time has passed are left out
       k += late_ns / kPeriod_ns;
     }
     way.cpu_s += thread_cpu_s() - cpu_before_s;
@@ -136,7 +136,7 @@ void print(std::vector<Way>& ways) {
   }
 }
 
-/// What was asked for and refused, and so is in none of the numbers, each reason once.
+/// Prints what was asked for and refused, and so is missing in all numbers. Each reason is printed once.
 void print_refusals(const std::vector<Way>& ways) {
   std::set<std::string> said;
   for (const Way& way : ways) {

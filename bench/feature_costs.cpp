@@ -1,5 +1,6 @@
-// What each feature of a tissue costs: process CPU of a step with it over one without, 20,270 particles, one substep, forces
-// read after every step. Prints a table for `cpu` float and for OpenCL on PoCL basic:
+// What each feature of a tissue costs: the process CPU of a step with the feature divided by that of a step without, for
+// 20,270 particles and one substep, with forces read after every step. Prints a table for `cpu` float and for OpenCL on PoCL
+// basic:
 //   POCL_DEVICES=basic build/bench/bench_feature_costs [ROUNDS]
 // In every round each scene makes a few steps; the ratio is the median over the rounds.
 #include <algorithm>
@@ -23,7 +24,7 @@ constexpr Rate kStepRate{4000, 1};
 constexpr int kWarmUp_steps = 300;  // the wave has crossed the block
 constexpr int kStepsPerRound = 20;
 
-/// The scene that a feature's cost is counted from: a block on a fixed bottom in the hand of one grab.
+/// The scene to which features are added: a block with a fixed bottom, held by one grab.
 Scene plain() {
   TissueScene tissue;
   tissue.substeps = 1;
@@ -36,7 +37,7 @@ Scene plain() {
 struct Feature {
   const char* name;  ///< as in left_out
   std::function<void(Scene&, TissueScene&)> add;
-  std::function<void(Scene&, TissueScene&)> base;  ///< what it is compared with, if not plain()
+  std::function<void(Scene&, TissueScene&)> base;  ///< the scene that it is compared with, if not plain()
 };
 
 const std::vector<Feature>& features() {
@@ -73,7 +74,7 @@ const std::vector<Feature>& features() {
   return all;
 }
 
-/// Out and back again, 1 mm: at 4 kHz 10 mm/s.
+/// 1 mm out and back again, at 4 kHz 10 mm/s.
 double way_m(std::int64_t n) {
   const std::int64_t phase = n % 800;
   return static_cast<double>(phase < 400 ? phase : 800 - phase) * 2.5e-6;
@@ -109,7 +110,7 @@ Scene changed(Scene scene, const std::function<void(Scene&, TissueScene&)>& chan
   return scene;
 }
 
-/// Percent more than the base.
+/// The cost in percent above the base.
 double cost(SolverKind kind, const Feature& feature, int rounds) {
   Run base(kind, changed(plain(), feature.base)), with(kind, changed(plain(), feature.add));
   std::vector<double> ratios;

@@ -1,7 +1,8 @@
-// Where the time of a run goes: the paper's Figure 1 (one strategy, phase_locked) from t = 0 to its last event, process CPU
-// of all threads split into solver, state digest and everything else (scheduler, maps, rings, devices, recorders).
+// Where the time of a run goes: the paper's Figure 1 (one strategy, phase_locked) from t = 0 to its last event. The process
+// CPU of all threads is split into solver, state digest and everything else (scheduler, maps, rings, devices, recorders).
 //   POCL_DEVICES=basic build/bench/bench_figure_1 scenarios/paper/figure-1.toml [REPETITIONS]
-// CPU is read around each call of the solver; what reading it costs is measured and taken off everything else.
+// CPU time is read before and after each call of the solver. What the reading costs is measured and subtracted from the
+// rest.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -82,7 +83,7 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
   throw_if_failed(run.status, name_of(plan.kind));
   spent.real_s = monotonic_seconds() - real_s;
   spent.total_s = process_cpu_seconds() - cpu_s;
-  spent.reading_s = static_cast<double>(solver.readings()) * reading_s / 2;  // one of each two lies inside what it measures
+  spent.reading_s = static_cast<double>(solver.readings()) * reading_s / 2;  // one of two lies within the measured time
   spent.events = scheduler.event_count();
   return spent;
 }

@@ -1,7 +1,7 @@
-// What a step costs that another program or a library computes, against the same step in this program: F = -k x for two
-// tools, which takes no time by itself.
+// What a step costs if another program or a library computes it, compared with the same step in this program: F = -k x for
+// two tools, which itself takes no time.
 //   bench_foreign_steps LIBRARY PROGRAM [ARGUMENT...]
-// The least of 15 rounds counts: what another program on this machine takes away is not the step's.
+// The least of 15 rounds counts, because time that other programs on this machine take does not belong to the step.
 #include <fmt/format.h>
 
 #include <algorithm>

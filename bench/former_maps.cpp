@@ -8,7 +8,7 @@
 namespace evenstep::bench {
 namespace {
 
-constexpr double kMaxGain = 0.7;  // w; with P updated first the loop is stable below 1.035
+constexpr double kMaxGain = 0.7;  // the largest w; with P updated first the loop is stable below 1.035
 constexpr double kLeastPeriod_ns = 1;
 constexpr double kMaxSlopeChange = 0.5;
 constexpr double kHang_segments = 8;

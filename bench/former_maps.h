@@ -24,10 +24,10 @@ class BoundaryLoop : public SlotMap {
   RealTime origin_;          // integer part of phi, the slot of the first step of the segment
   double remainder_ns_ = 0;  // phi - origin_, in [0, 1)
   double period_ns_ = 0;     // P
-  double slope_ns_ = 0;      // from slot to slot
+  double slope_ns_ = 0;      // the time from slot to slot
 
  private:
-  /// Chooses P and the slope; phi is already the slot that the next segment begins with.
+  /// Chooses P and the slope. phi is already the first slot of the next segment.
   virtual void track(RealTime begin, double error_ns, double length_ns, double steps) = 0;
   void advance(double steps);
 
@@ -49,8 +49,8 @@ class DelayLockedLoop final : public BoundaryLoop {
   double w_;
 };
 
-/// The same with T^ = P N, and with P updated first (and at least 1 ns):  P += c e / N;  slope = P + b e / N. This is the
-/// loop within FormerMap, without its rules.
+/// The same loop with T^ = P N, and with P updated first (and at least 1 ns):  P += c e / N;  slope = P + b e / N. This is
+/// FormerMap without its rules.
 class BareLoop final : public BoundaryLoop {
  public:
   explicit BareLoop(double bandwidth_Hz) : bandwidth_Hz_(bandwidth_Hz) {}
@@ -60,8 +60,8 @@ class BareLoop final : public BoundaryLoop {
   double bandwidth_Hz_;
 };
 
-/// The default map before it looked at single steps: the loop above with its slope within 0.5 P and 1.5 P, and with rules
-/// for what is not jitter. With m = T / N:
+/// The default map as it was before it looked at single steps: the loop above, with its slope between 0.5 P and 1.5 P, and
+/// with rules for what is not jitter. With m = T / N:
 ///   out of lock, |sqrt(2) w e / N| > P / 2:  P <- m within 0.5 P and 1.5 P; slope = 1.5 P if behind, 0.5 P if ahead; a lag
 ///     of more than 8 T^ is jumped over
 ///   m more than 20 % off P, and e of the same sign:  the slope is at least (or at most) m
@@ -72,10 +72,10 @@ class FormerMap final : public BoundaryLoop {
   explicit FormerMap(double bandwidth_Hz) : bandwidth_Hz_(bandwidth_Hz) {}
 
  private:
-  /// A complete segment, and the P that held when it ended.
+  /// A complete segment, and the P that was in use when it ended.
   struct Segment {
     double length_ns = 0;
-    double steps = 0;  // 0 = none yet
+    double steps = 0;  // 0: no segment yet
     double period_ns = 0;
   };
   void track(RealTime begin, double error_ns, double length_ns, double steps) override;

@@ -1,6 +1,6 @@
-// Latency against velocity jump, map by map, over recordings: held forces, a device of 1 kHz at any phase, as `evenstep
-// size` computes them. Prints a row per recording and map, then how the default map's jump compares with that of the loops
-// at 2 Hz, and writes a figure.
+// Latency and velocity jump of each map on recordings, with held forces and a device of 1 kHz at any phase, as `evenstep
+// size` computes them. Prints a row per recording and map, then how the jump of the default map compares with that of the
+// loops at 2 Hz, and writes a figure.
 //   build/bench/bench_map_fronts FOLDER [FIGURE.svg]
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,7 @@ double milliseconds(Duration duration) { return static_cast<double>(duration.ns)
 struct Recording {
   std::vector<SegmentTiming> segments;
   std::vector<StepTimes> steps;
-  RealTime end;  // after the last
+  RealTime end;  // the end of the last segment
   Duration slot;
 
   explicit Recording(std::vector<SegmentTiming> read) : segments(std::move(read)) {
@@ -76,7 +76,7 @@ FrontPoint measured(const Recording& recording, const MapKind& kind, double band
   return {bandwidth_Hz, recording.in_slots(jump.most_ns()), milliseconds(needs.budget().latency)};
 }
 
-/// What any path needs, at jumps from 0.001 to 100 slots.
+/// The latency that any path needs, at jumps from 0.001 to 100 slots.
 std::vector<FrontPoint> any_path(const Recording& recording) {
   constexpr int kPerDecade = 6;
   std::vector<FrontPoint> points;
@@ -130,7 +130,7 @@ void print_rows(const std::vector<Fronts>& all) {
   }
 }
 
-/// All maps at 2 Hz, and the default map's jump over the lesser one of the former map and the bare loop.
+/// Prints all maps at 2 Hz, and the jump of the default map divided by the smaller one of the former map and the bare loop.
 void print_comparison(const std::vector<Fronts>& all) {
   std::printf("\nat %g Hz: latency ms, jump slots; jump of phase_locked / the lesser of former and bare loop\n%-30s",
               kUsual_Hz, "recording");

@@ -19,8 +19,8 @@ using internal::Svg;
 
 constexpr int kColumns = 3;
 constexpr double kWidth = 1100, kTop = 40, kPanelWidth = 362, kPanelHeight = 262;
-constexpr Range kJumps{-2.5, 1};  // decades of a slot
-constexpr double kUsual_Hz = 2;   // the point of a curve that is filled
+constexpr Range kJumps{-2.5, 1};  // in decades of a slot
+constexpr double kUsual_Hz = 2;   // this point of a curve is filled
 constexpr Stroke kPathStroke{internal::colour::kBlack, 2};
 constexpr Stroke kPauseStroke{internal::colour::kGrey, 1.5, "6 4"};
 constexpr Stroke kLineStroke{internal::colour::kOrange, 1.5, "2 3"};
@@ -34,7 +34,7 @@ Point on(const Panel& panel, const FrontPoint& point) {
   return panel.at(x, std::log10(point.latency_ms));
 }
 
-/// From the least to the largest latency of the maps and of any path with a jump like theirs, with some room.
+/// From the least to the largest latency of the maps, and of any path with jumps like theirs, with some room.
 Range latencies_of(const Fronts& fronts) {
   std::vector<double> all{std::log10(fronts.pause_ms)};
   for (const MapFront& map : fronts.maps)
@@ -46,7 +46,7 @@ Range latencies_of(const Fronts& fronts) {
   return {middle - half, middle + half};
 }
 
-/// Lines and numbers at decades of the jump and round latencies.
+/// Draws lines and numbers at decades of the jump and at round latencies.
 void draw_grid(Svg& svg, const Panel& panel, const Box& box, Range latencies) {
   const auto number = [](double value) {
     char text[32];
@@ -95,7 +95,7 @@ void draw_panel(Svg& svg, const Fronts& fronts, double left, double top) {
     svg.text({box.right, top + 17}, text, Svg::Anchor::end, 11, false, internal::colour::kGrey);
   }
   panel.curve({kJumps.low, kJumps.high}, {pause, pause}, kPauseStroke);
-  std::vector<Point> path;  // what of it is in the panel
+  std::vector<Point> path;  // the part that is in the panel
   for (const FrontPoint& point : fronts.any_path) {
     const double jump = std::log10(point.jump);
     if (jump < kJumps.low - 1e-9 || jump > kJumps.high + 1e-9 || std::log10(point.latency_ms) < latencies.low) continue;

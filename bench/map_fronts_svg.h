@@ -6,10 +6,10 @@
 
 namespace evenstep::bench {
 
-/// A map at one bandwidth; or any path, without one.
+/// A point of a map at one bandwidth, or of any path, which has no bandwidth.
 struct FrontPoint {
   double bandwidth_Hz = 0;
-  double jump = 0;  ///< the largest, in mean slots
+  double jump = 0;  ///< the largest jump, in mean slots
   double latency_ms = 0;
 };
 struct MapFront {
@@ -25,7 +25,7 @@ inline const FrontPoint& at_bandwidth(const MapFront& map, double bandwidth_Hz) 
 struct Fronts {
   std::string recording;
   double best_line_ms = 0, pause_ms = 0;
-  std::vector<FrontPoint> any_path;  ///< at rising jumps
+  std::vector<FrontPoint> any_path;  ///< in the order of rising jumps
   std::vector<MapFront> maps;
 };
 

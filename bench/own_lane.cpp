@@ -1,12 +1,12 @@
 // How much slower steps are beside a drawing: the factor of `evenstep size --own-lane`, for this machine, scene and solver.
 //   build/bench/bench_own_lane SCENARIO [ROUNDS [STEPS]]
-// A thread steps the scene's solver as fast as it can, its tools moving as the scenario's motions say. In every second block
-// of STEPS steps another thread draws the tissue ([timing] picture pixels, OpenGL ES off screen) one time after the other,
-// so that every step of the block runs beside a drawing. A round is a block without and one with, and they take turns in
-// coming first, so that what the machine does to one it does to the other. The factor is the ratio of the mean steps,
-// because a lane of its own has to make as many steps as before; half of the rounds lie in the range beside it. That of the
-// medians says what most steps feel. Drawn is a copy of the particles, which a simulator would have to make between two
-// steps: that cost is not in the factor.
+// A thread steps the solver of the scene as fast as it can, while the tools move as the scenario says. In every second block
+// of STEPS steps another thread draws the tissue again and again ([timing] picture pixels, OpenGL ES off screen), so that
+// every step of the block runs beside a drawing. A round is a block without drawings and one with. They take turns in coming
+// first, so that whatever the machine does hits both alike. The factor is the ratio of the mean steps, because a
+// visualization in its own lane must leave time for as many steps as before. Half of the rounds lie in the range that is
+// printed beside it. The ratio of the medians says how slow most steps are. What is drawn is a copy of the particles, which
+// a simulator would have to make between two steps; that cost is not in the factor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ double mean_ms(const std::vector<Duration>& values) {
   std::exit(2);
 }
 
-/// Draws as long as it is asked to, on a thread of its own.
+/// Draws on a separate thread as long as it is asked to.
 class DrawingLane {
  public:
   DrawingLane(Canvas& canvas, std::vector<glm::vec3> positions_m, const WallClock& clock)
@@ -56,12 +56,12 @@ class DrawingLane {
     want(Wanted::over);
     thread_.join();
   }
-  /// Returns when a drawing runs.
+  /// Returns as soon as a drawing runs.
   void begin() {
     want(Wanted::drawings);
     while (!drawing_) std::this_thread::yield();
   }
-  /// Returns when none runs any more.
+  /// Returns as soon as no drawing runs.
   void end() {
     want(Wanted::nothing);
     while (drawing_) std::this_thread::yield();

@@ -78,7 +78,7 @@ DivideAndRootFloor::DivideAndRootFloor(const TissueScene& scene)
 void DivideAndRootFloor::step() {
   std::array<float, PlainConstants::kNeighbours> lengths;
   for (std::size_t s = 0; s < lengths.size(); ++s) lengths[s] = 1 + static_cast<float>(s) / 18;
-  constexpr std::size_t kInCache = 2048;  // cells: the same ones again and again
+  constexpr std::size_t kInCache = 2048;  // the number of cells, which are used again and again
   for (std::size_t done = 0; done < squares_.size(); done += kInCache)
     divide_and_root(std::min(kInCache, squares_.size() - done), squares_.data(), sums_.data(), lengths);
 }
@@ -90,7 +90,7 @@ PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads) :
   constants_.stiffness = static_cast<float>(scene.stiffness_N_per_m);
   const auto [nx, ny, nz] = scene.lattice;
   const std::ptrdiff_t px = nx + 1, py = ny + 1;
-  first_ = px * py + px + 1;  // a plane, a row and a cell of ghosts before and after
+  first_ = px * py + px + 1;  // before and after come a plane, a row and a cell of ghosts
   end_ = first_ + px * py * nz;
   const auto cells = static_cast<std::size_t>(end_ + first_);
   const auto spacing = static_cast<float>(scene.spacing_m);

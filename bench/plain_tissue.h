@@ -1,6 +1,7 @@
 #pragma once
-/// The yardstick of the solvers: the tissue's substep as one would write it by hand, one loop over arrays, in float, with
-/// the solvers' arithmetic and order of summation, so that its forces are theirs bit by bit. One tool, one substep per step.
+/// The yardstick of the solvers: the substep of the tissue as one would write it by hand, as one loop over arrays, in float.
+/// It has the arithmetic and the order of summation of the solvers, so that its forces are theirs bit by bit. One tool, one
+/// substep per step.
 
 #include <array>
 #include <cstddef>
@@ -12,7 +13,7 @@ namespace evenstep::bench {
 
 struct PlainConstants {
   static constexpr int kNeighbours = 18;
-  std::array<std::ptrdiff_t, kNeighbours> offset{};  // to the neighbours' cells
+  std::array<std::ptrdiff_t, kNeighbours> offset{};  // offsets to the cells of the neighbours
   std::array<std::array<float, 3>, kNeighbours> rest_m{};
   std::array<float, kNeighbours> length_m{};
   float step_s = 0, acceleration = 0, decay = 0, stiffness = 0;
@@ -21,7 +22,7 @@ struct PlainConstants {
 class PlainTissue {
  public:
   explicit PlainTissue(const TissueScene& scene, double step_s, int threads);
-  /// Moves the tool to `offset_m` from rest; returns the force on the hand, newtons.
+  /// Moves the tool to `offset_m` from rest. Returns the force on the hand in newtons.
   std::array<double, 3> step(const std::array<double, 3>& offset_m);
 
  private:
@@ -40,8 +41,8 @@ class PlainTissue {
   std::array<double, 3> tool_m_{};
 };
 
-/// What no arrangement of the loop can go below: a square root and a division for each of the 18 springs of every cell that
-/// the solver runs over, out of the cache and in vectors.
+/// A cost that no arrangement of the loop can undercut: a square root and a division for each of the 18 springs of every
+/// cell that the solver visits, with data in the cache and in vectors.
 class DivideAndRootFloor {
  public:
   explicit DivideAndRootFloor(const TissueScene& scene);

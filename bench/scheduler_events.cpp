@@ -1,5 +1,5 @@
-// Cost of one event of the scheduler, in the hold model: every lane waits, again and again, for a pseudo-random time after
-// its last event, so the number of pending events stays what it is. Trace hash on, as always.
+// The cost of one event of the scheduler in the hold model: every lane waits again and again for a pseudo-random time after
+// its last event, so the number of pending events does not change. The trace hash is on, as always.
 //   scripts/bench.sh scheduler
 #include <benchmark/benchmark.h>
 
@@ -19,10 +19,10 @@ namespace {
 
 using namespace evenstep;
 
-constexpr Duration kSlice{1'000'000};  ///< of virtual time per run(): a few events per lane
+constexpr Duration kSlice{1'000'000};  ///< virtual time per run(), a few events per lane
 constexpr std::int64_t kEventsKept = 1'000'000;
 
-/// 0.1 to 1.15 ms: never two equal lanes, hardly ever a tie.
+/// 0.1 to 1.15 ms, so that no two lanes are equal and ties are rare.
 Duration next_delay(std::uint64_t& state) {
   state = state * 6364136223846793005ULL + 1442695040888963407ULL;
   return {100'000 + static_cast<std::int64_t>(state >> 44)};
@@ -55,8 +55,8 @@ void events(benchmark::State& state, bool keep_events) {
 BENCHMARK_CAPTURE(events, hash_only, false)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 BENCHMARK_CAPTURE(events, hash_and_kept, true)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
-/// The same lanes as loops that block, each on a thread of its own: what handing over to a thread and back costs. CPU time
-/// of the whole process, and by the clock.
+/// The same lanes as blocking loops, each on its own thread, to see what handing over to a thread and back costs. Measured
+/// are the CPU time of the whole process and real time.
 void blocking_loops(benchmark::State& state) {
   InlineExecutor executor;
   VirtualClock clock;
@@ -73,8 +73,8 @@ void blocking_loops(benchmark::State& state) {
 }
 BENCHMARK(blocking_loops)->Arg(2)->Arg(8)->MeasureProcessCPUTime();
 
-/// The yardstick: the same lanes, queue and hash in the least loop that runs them. No limits, no external work, no stop, no
-/// arrival times, no clock behind an interface.
+/// The yardstick: the same lanes, queue and hash in the smallest loop that can run them. It has no limits, external work,
+/// stop or arrival times, and no clock behind an interface.
 class LeanCore {
  public:
   struct Lane {
@@ -135,7 +135,7 @@ void lean_core(benchmark::State& state) {
 }
 BENCHMARK(lean_core)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
-/// Beside it: the priority queue of the standard library with a std::function per event. No hash, no limits, no clock.
+/// For comparison: the priority queue of the standard library with a std::function per event, without hash, limits or clock.
 void std_queue(benchmark::State& state) {
   struct Timer {
     std::int64_t at_ns;
@@ -160,7 +160,7 @@ void std_queue(benchmark::State& state) {
 }
 BENCHMARK(std_queue)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
-/// The floor: as many lanes resumed in turn, each making its draw, with no queue and no order.
+/// The lower limit: the same number of lanes resumed in turn, each with its draw, without a queue and without an order.
 struct Turn {
   struct promise_type {
     Turn get_return_object() { return {std::coroutine_handle<promise_type>::from_promise(*this)}; }

@@ -1,6 +1,7 @@
-// What sizing a long recording costs: three million steps (200 000 segments of 15, 10 % jitter), process CPU, one thread.
+// What sizing a long recording costs: the process CPU for three million steps (200 000 segments of 15, 10 % jitter), on one
+// thread.
 //   build/bench/bench_sizing [REPETITIONS]
-// All of `evenstep size` on segments in memory, its parts, and reading the same from the text of a timing.csv.
+// Measured are all of `evenstep size` on segments in memory, its parts, and reading the same from the text of a timing.csv.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

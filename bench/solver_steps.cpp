@@ -1,9 +1,9 @@
-// Time of one solver step of one substep with one tool dragged to and fro at 0.1 m/s, forces read after every step, beside a
-// plain loop of the same arithmetic (plain_tissue.h; its forces must be the float solver's bit by bit, or nothing is timed).
-// PoCL's two drivers stand side by side in one process:
+// The time of a solver step with one substep, while a tool is dragged to and fro at 0.1 m/s and forces are read after every
+// step. It is compared with a plain loop of the same arithmetic (plain_tissue.h). Nothing is timed unless the forces of that
+// loop are bit by bit those of the float solver. PoCL's two drivers are measured side by side in one process:
 //   POCL_DEVICES="basic pthread" OMP_WAIT_POLICY=passive build/bench/bench_solver_steps [ROUNDS [PARTICLES]]
-// Passive, because an OpenMP thread that spins while the next candidate works is charged to that candidate's process CPU.
-// In every round each solver makes a few steps, so that what the machine does to one it does to its neighbours.
+// OMP_WAIT_POLICY is passive because the process CPU of a candidate would include OpenMP threads that still spin after the
+// one before. In every round each solver makes a few steps, so that whatever the machine does hits all of them alike.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -28,7 +28,7 @@ using bench::PlainTissue;
 
 constexpr double kSpeed_m_per_s = 0.1;
 constexpr Rate kStepRate{2000, 1};           // 0.5 ms: one substep is below the limit of 0.645 ms
-constexpr std::int64_t kWarmUp_steps = 300;  // the wave has crossed the block: no denormal numbers before its front
+constexpr std::int64_t kWarmUp_steps = 300;  // the wave has crossed the block: no denormal numbers are left before it
 
 struct Block {
   const char* name;
@@ -51,16 +51,16 @@ TissueScene tissue_of(const Block& block) {
   return tissue;
 }
 
-/// Out and back again, 5 mm.
+/// 5 mm out and back again.
 double way_m(std::int64_t n) {
   const std::int64_t phase = n % 200;
   return static_cast<double>(phase < 100 ? phase : 200 - phase) * kSpeed_m_per_s * period_s(kStepRate);
 }
 
-/// Places in run_block's list.
+/// Indices in the list of run_block.
 constexpr std::size_t kBasic = 4, kPthread = 5;
 
-/// One way to make a step, and what a step of each round took.
+/// A way to make a step, and how long a step took in each round.
 struct Candidate {
   std::string name, device;
   std::function<void()> step;
@@ -97,7 +97,7 @@ Candidate make_bullet(const Block& block) {
 }
 #endif
 
-/// The yardstick does the solver's work: bit for bit the same forces over 500 steps.
+/// Whether the yardstick does the solver's work: the forces of 500 steps must be the same bit for bit.
 bool is_same_arithmetic(const Block& block) {
   const auto solver = make_solver(SolverKind::cpu_float, {tissue_of(block), kStepRate, 1, false, false});
   PlainTissue plain(tissue_of(block), period_s(kStepRate), 1);
@@ -130,7 +130,8 @@ double median_difference(std::vector<double> values, const std::vector<double>& 
   return median(values);
 }
 
-/// Real time, process CPU (all threads), and the medians over the rounds of both over the plain loop's on as many threads.
+/// Prints real time and process CPU (all threads), and both divided by those of the plain loop on as many threads. All are
+/// medians over the rounds.
 void print_table(const Block& block, const std::vector<Candidate>& candidates) {
   const Candidate &one_thread = candidates[0], &two_threads = candidates[1];
   std::printf("%s particles, us per step\n%-22s%9s%9s%9s%9s%10s | %14s%9s | %9s%9s%9s\n", block.name, "", "wall", "median",

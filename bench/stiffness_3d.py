@@ -13,8 +13,8 @@ import subprocess
 import sys
 import tempfile
 
-# Scene -> file, the largest eigenvalue of the settled stiffness of all tools together per N/m of a spring (printed by
-# test_study "[.print-stiffness]"; probe: the slope of its force at 0.1 N), further settings.
+# For each scene: its file; the largest eigenvalue of the settled stiffness of all tools together, per N/m of a spring
+# (printed by test_study "[.print-stiffness]"; for a probe the slope of its force at 0.1 N); further settings.
 SCENES = {
     "middle": ("block-grab", 8.590, []),
     "corner": ("block-corner", 6.311, []),
@@ -25,7 +25,7 @@ SCENES = {
 }
 PID = '{ travel = ["40 mm", "40 mm", "40 mm"], full_scale = "40 N", full_slope = "20 kN/m", ' \
       'gain = 1.0, springs = ["x", "y", "z"], firmware_rate = "4 kHz" }'
-# What is rendered -> render, and the law for a spring: raw and remapped, N/m at the tool.
+# For each way to render: its setting, and the law for a spring, raw and remapped, in N/m at the tool.
 RENDERS = {
     "force": ('{ kind = "force" }', (188.3, 64.25)),
     "local, instantaneous": ('{ kind = "local" }', (2000, 2000)),
@@ -35,7 +35,7 @@ RENDERS = {
     "local, settled, normal only": ('{ kind = "local", stiffness = "settled", directions = "normal" }', (2000, 2000)),
     "local, settled, coupled": ('{ kind = "local", stiffness = "settled", coupled = true }', (2000, 2000)),
     "local, instantaneous, coupled": ('{ kind = "local", coupled = true }', (2000, 2000)),
-    # Above 1800 N/m each is played as softer, and the law says nothing of the tissue.
+    # Each stiffness above 1800 N/m is played softer, and then the law says nothing about the tissue.
     "local, settled, own caps": ('{ kind = "local", stiffness = "settled", cap = "law" }', (None, None)),
     "local, settled, coupled, one cap": ('{ kind = "local", stiffness = "settled", coupled = true, cap = "law" }',
                                          (None, None)),

@@ -248,7 +248,7 @@ def lattice_ripple(evenstep):
 
 def block_sine(evenstep):
     grabs = {"middle": "20 mm", "corner": "4 mm"}
-    # At k = 1, down and sideways: test_study "[.print-stiffness]".
+    # Downwards and sideways at k = 1, printed by test_study "[.print-stiffness]".
     per_spring = {("middle", "down"): 8.59, ("middle", "sideways"): 3.42, ("corner", "down"): 5.235,
                   ("corner", "sideways"): 2.78}
     rows = []
@@ -284,7 +284,7 @@ def slide_error(evenstep):
                  rows)
 
 
-# The hand that slides. What varies is named; everything else is slide-hand.toml.
+# The hand that slides. The names say what varies; everything else is as in slide-hand.toml.
 SLIDES = {
     "as `slide-hand`": {},
     "L = 20 ms": {"more": ['remap.latency="20 ms"'], "late_s": 0.0205},

@@ -6,16 +6,22 @@
 
 namespace evenstep::testing {
 
+<<<<<<< HEAD
 /// Sanitized builds try a tenth: they check memory and arithmetic, not the property, take up to ten times as long for each
 /// case, and see the same paths in fewer of them.
 #if defined(EVENSTEP_SANITIZE_ADDRESS) || defined(EVENSTEP_SANITIZE_THREAD)
+=======
+/// Sanitized builds try only a tenth of the cases. They check memory and arithmetic, not the property; they take up to ten
+/// times as long for each case, and see the same paths with fewer cases.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+>>>>>>> english
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
 constexpr int kShare = kSanitized ? 10 : 1;
 
-/// `count` of them, or in a sanitized build the share of it, rounded up.
+/// `count` cases, or in a sanitized build the share of them, rounded up.
 constexpr std::uint64_t share_of(std::uint64_t count) { return (count + kShare - 1) / kShare; }
 template <std::integral Count>
 consteval Count cases(Count count) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # add_scenarios_test.sh PROGRAM SOURCE_DIR CASE : runs one case; prints what differed and exits with 1 if it fails.
-# The projects here find a package that has only the program and the function: that the real one can be installed and found
-# is the matter of other tests.
+# The projects here find a package that has only the program and the function. Other tests check that the real package can be
+# installed and found.
 set -uo pipefail
 evenstep=$1
 source_dir=$2
@@ -33,7 +33,7 @@ configure() { cmake -S . -B build -G Ninja -Devenstep_DIR="$work/package" >log 2
 # tests ARGUMENTS... : the names of the tests that ctest would run
 tests() { ctest --test-dir build -N "$@" | sed -nE 's/^ *Test +#[0-9]+: //p'; }
 
-# scenario FILE LINE... : one that passes, and these lines
+# scenario FILE LINE... : writes a scenario that passes, with these lines added
 scenario() {
   mkdir -p "$(dirname "$1")"
   { printf '%s\n' 'format = 1' "extends = [\"$source_dir/examples/ctest/scenarios/renderer.toml\"]" 'name = "toy"' \

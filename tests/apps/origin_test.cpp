@@ -114,6 +114,6 @@ TEST_CASE("without a repository the service that runs the job names the commit, 
   CHECK(commit_of(outside, github).empty());
   CHECK(commit_of(outside, gitlab).empty());
   CHECK(commit_of(inside, environment({{"GITHUB_WORKSPACE", folder.file("work")}, {"GITHUB_SHA", "<script>"}})).empty());
-  folder.write("work/.git/HEAD", kLong);  // what is checked out counts more than what the service has built
+  folder.write("work/.git/HEAD", kLong);  // the commit that is checked out comes before the one built
   CHECK(commit_of(inside, github) == kLong);
 }

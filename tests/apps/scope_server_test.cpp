@@ -1,4 +1,4 @@
-// The page's server as its clients meet it, the friendly and the others, through real sockets of this machine.
+// The server of the page as its clients see it, both friendly and hostile ones, through real sockets of this machine.
 
 #include <arpa/inet.h>
 #include <poll.h>
@@ -16,7 +16,7 @@ using namespace evenstep::app;
 
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(20);  // only a server that hangs needs it
+constexpr auto kPatience = std::chrono::seconds(20);  // only a server that hangs needs that long
 
 class Client {
  public:
@@ -41,7 +41,7 @@ class Client {
     }
     return *this;
   }
-  /// Reads until it has read this text, or, of an empty one, until the server ends the connection.
+  /// Reads until this text has come. If the text is empty, reads until the server ends the connection.
   std::string receive(const std::string& until = "") {
     std::array<char, 65536> bytes;
     const auto end = std::chrono::steady_clock::now() + kPatience;
@@ -178,7 +178,7 @@ TEST_CASE("a reader that takes nothing loses events, which are counted and told 
   CHECK(reader.receive("event: end").find("event: dropped") == std::string::npos);
   for (int i = 0; i < sent; ++i)
     REQUIRE(reader.receive("end").find("data: " + std::to_string(i) + "x") != std::string::npos);
-  // Now it reads: what was kept for it, then how many it has lost.
+  // Now the idle client reads. It gets what was kept for it, then the number of rows that it has lost.
   REQUIRE(idle.receive("data: 0x").find("data: 0x") != std::string::npos);
   served.server->publish("rows", "last");
   CHECK(idle.receive("event: dropped\ndata: ").find("event: dropped\ndata: ") != std::string::npos);

@@ -7,12 +7,12 @@ using namespace evenstep;
 
 namespace {
 
-/// What Char.IsWhiteSpace of .NET skips at the start of a line; the second ones a comparison that knows languages may skip
-/// anywhere.
+/// kBlank is what Char.IsWhiteSpace of .NET skips at the start of a line. A comparison by the rules of a language may skip
+/// kSkipped anywhere.
 const std::vector<std::string> kBlank{" ", "\t", "\v", "\f", "\u0085", "\u00a0", "\u2003"};
 const std::vector<std::string> kSkipped{"\u0085", "\u00a0", "\u200b", "\ufeff", "\x01"};
 
-/// Whether the runner finds a command in this line, if it is as generous as it can be, and whatever the command's name is.
+/// Whether the most generous runner would find a command in this line, whatever the name of the command is.
 bool is_command(std::string line) {
   for (const std::string& one : kSkipped) {
     for (std::size_t at = 0; (at = line.find(one, at)) != std::string::npos;) line.erase(at, one.size());
@@ -76,7 +76,7 @@ TEST_CASE("In 100,000 random texts in random pieces the runner finds no command,
     }
     if (found || at != text.size()) FAIL_CHECK("'" << text << "' -> '" << passed << "'");
   }
-  CHECK(with_command > 10'000);  // the texts are not harmless
+  CHECK(with_command > 10'000);  // many texts really contain a command
 }
 
 TEST_CASE("Ordinary text passes unchanged") {

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # canaries_test.sh PROGRAM_WITH_CANARIES EVENSTEP REPOSITORY [all] : every canary makes at least one shipped scenario fail
-# with exit status 1, and without one none fails. Prints which scenario finds which canary. EVENSTEP itself must not know
-# them.
-# The scenarios are some that take less than a second each; with `all` those of the folders timing, safety, recovery.
+# with exit status 1, and without a canary none fails. Prints which scenario finds which canary. EVENSTEP itself must not
+# know the canaries. The scenarios take less than a second each; with `all` they are those of the folders timing, safety and
+# recovery.
 set -uo pipefail
 with_canaries=$1 evenstep=$2 repository=$3
 scratch=$(mktemp -d)
@@ -17,7 +17,7 @@ if [ "${4:-}" = all ]; then
 fi
 wrong=0
 
-# run_all LOG PROGRAM : "STATUS FILE" for each scenario
+# run_all LOG PROGRAM : writes "STATUS FILE" for each scenario
 run_all() {
   local log=$1 program=$2 scenario status
   : >"$log"
@@ -47,7 +47,7 @@ for canary in "${canaries[@]}"; do
   fi
 done
 
-# The program that users get honours none of this.
+# The program that users get knows no canaries.
 scenario=$repository/scenarios/safety/stale-hand.toml
 EVENSTEP_CANARY=no-ramp "$evenstep" run "$scenario" --out "$scratch/run" >/dev/null 2>&1 || {
   echo "FAILED: evenstep itself has a canary"

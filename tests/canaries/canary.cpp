@@ -9,7 +9,7 @@ namespace {
 
 constexpr const char* kCanaries[] = {"short-ring", "newest-sample", "late-after-regime", "no-ramp", "latency-stays"};
 
-/// An unknown name would be a test that cannot fail.
+/// The canary that the environment chooses. An unknown name is an error: with it a test could never fail.
 const char* chosen() {
   const char* const name = std::getenv("EVENSTEP_CANARY");
   if (name == nullptr) return "";

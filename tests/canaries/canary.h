@@ -1,6 +1,6 @@
 #pragma once
-/// The five faults of canaries.cmake are in the program `evenstep_canary` alone, which is built with the tests and never
-/// installed: no source of evenstep knows them. EVENSTEP_CANARY in its environment says which of them is on.
+/// Only the program `evenstep_canary` has the five faults, which CMakeLists.txt lists. It is built with the tests and never
+/// installed; no source of evenstep knows the faults. EVENSTEP_CANARY in its environment says which fault is on.
 
 namespace evenstep {
 

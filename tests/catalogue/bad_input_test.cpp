@@ -1,5 +1,5 @@
-// Hands that no hand can have: not a number in a recorded motion, the ends of a report's range, and what never gets through
-// a report at all.
+// Positions that no hand can have: not a number in a recorded motion, the ends of a report's range, and positions that no
+// report can carry.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -38,7 +38,7 @@ ReadResult read_with(const test::Folder& folder, const std::string& rows, const 
   return read_scenario(folder.write("scenario.toml", kLoop + more));
 }
 
-/// The hand is at rest until just before 0.2 s, and from then on where no report can say it is.
+/// The hand is at rest until just before 0.2 s. From then on it is infinitely far away, where no report can say it is.
 Scenario infinite_hand(const std::string& strategy, const std::string& more) {
   const test::Folder folder;
   const ReadResult read = read_with(folder, "0,0,0,0\n", more);
@@ -46,7 +46,7 @@ Scenario infinite_hand(const std::string& strategy, const std::string& more) {
   REQUIRE(read);
   Scenario scenario = *read;
   scenario.strategies = {strategy == "ideal" ? StrategyKind::ideal : StrategyKind::direct};
-  // No tick falls between the two: half an infinite way would be not a number.
+  // No tick may fall between the two rows, because half an infinite way would be not a number.
   const glm::dvec3 away_m(std::numeric_limits<double>::infinity(), 0, 0);
   scenario.devices[0].motion.shape =
       RecordedMotion{{{{0}, glm::dvec3(0)}, {{199'999'990}, glm::dvec3(0)}, {{199'999'991}, away_m}}};
@@ -73,7 +73,7 @@ TEST_CASE("A recorded motion with a number that is none is refused at its row an
 }
 
 TEST_CASE("A position that is not finite stops the run with its reason and its step, and a scenario may expect that") {
-  // Ideal reads the programmed hand itself: 0.2 s is step 90 of 450 per second, and the lead comes before it.
+  // `ideal` reads the programmed hand itself. 0.2 s is step 90 of 450 per second, and the lead comes before it.
   const RunOutcome outcome = run_scenario(infinite_hand("ideal", ""), {});
   CHECK(outcome.exit == ExitCode::run_failed);
   CHECK_THAT(outcome.failure, Contains("the position of tool 0 is not finite"));
@@ -106,7 +106,7 @@ TEST_CASE(
     REQUIRE(std::isfinite(step.force_N[0]));
   }
   CHECK(furthest_m == 2.147483647);  // int32 nanometres
-  CHECK(most_N > 100);               // it was really drawn there
+  CHECK(most_N > 100);               // the hand really was at the end of the range
 }
 
 TEST_CASE("Every strategy is reported as done once, though twins of the ideal one run beside it") {

@@ -1,4 +1,4 @@
-// A case that is stopped: what was not run says so, in every form of the result.
+// A case that is stopped: every form of the result says what was not run.
 #include <catch2/catch.hpp>
 
 #include "evenstep/catalogue/run_trial.h"
@@ -13,7 +13,7 @@ using Catch::Contains;
 
 namespace {
 
-/// An oscillator that somebody stops after so many steps of both its runs.
+/// An oscillator that is stopped after this many steps of its two runs.
 class StoppedTrial final : public Trial {
  public:
   StoppedTrial(std::unique_ptr<Trial> right, std::int64_t stop_at, std::atomic<bool>& interrupted)

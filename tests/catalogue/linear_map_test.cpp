@@ -1,4 +1,4 @@
-// The closed forms of the cases against the recurrences they stand for, step by step.
+// The closed forms of the cases, compared step by step with the recurrences that they stand for.
 #include "evenstep/catalogue/linear_map.h"
 
 #include <catch2/catch.hpp>
@@ -54,7 +54,7 @@ TEST_CASE("The power of a method's matrix is its recurrence, over seven decades 
   for (const Method method : kMethods) {
     for (const Real z : {1e-4L, 1e-3L, 0.01L, 0.1L, 0.5L, 1.0L, 1.9L, 1.99L, 2.5L, 30.0L, 1000.0L}) {
       for (const Real ratio : {0.0L, 0.001L, 0.3L, 3.0L}) {
-        if (method == Method::velocity_verlet && ratio > 0) continue;  // there is no closed form of it here
+        if (method == Method::velocity_verlet && ratio > 0) continue;  // there is no closed form for that here
         const Real h = z / w, d = 2 * ratio * w;
         const LinearMap map = linear_map(method, w * w, d, h);
         CHECK(std::abs(map.determinant - (map.a * map.d - map.b * map.c)) <=
@@ -79,7 +79,7 @@ TEST_CASE("The power of a method's matrix is its recurrence, over seven decades 
 TEST_CASE("Where float holds every constant, the problem that float solves is the one given") {
   for (const Method method : kMethods) {
     if (method == Method::rk4) continue;  // h / 6 is never a float
-    // h = 2^-10, k / m = 2^20 and its like: all products are powers of two.
+    // With h = 2^-10 and k / m = 2^20 or the like, all products are powers of two.
     const LinearMap given = linear_map(method, std::pow(2.0L, 18), 0, std::pow(2.0L, -10));
     const LinearMap rounded = float_linear_map(method, 256, std::pow(2.0, -10), std::pow(2.0, -10));
     INFO(name_of(method));

@@ -1,4 +1,4 @@
-// One scene in other numberings: that it is the same scene, and that the methods see no more than its rounding.
+// A scene in another numbering of its particles is the same scene, and the methods differ only by rounding.
 #include "evenstep/catalogue/numbering.h"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST_CASE("There are forty-seven other numberings and each of them has its sites
 }
 
 TEST_CASE("An exchange and a mirror move every part of a scene to the same place") {
-  // New x is old z, run backwards; new y is old x; new z is old y.
+  // The new x is the old z, backwards; the new y is the old x; the new z is the old y.
   const Numbering numbering{{2, 0, 1}, {true, false, false}};
   const TissueScene old = uneven(), now = numbering.scene(old);
   CHECK(now.lattice == std::array{4, 2, 3});
@@ -86,7 +86,7 @@ TEST_CASE(
     const bool has_colours = method == Method::vertex_block_descent;
     CHECK(in_double.metrics.at("numbering_difference") <= (has_colours ? 2e-5 : 1e-14));
     CHECK(in_float.metrics.at("numbering_difference") <= (has_colours ? 2e-5 : 1e-6));
-    // Another order of summation is another rounding: exactly nothing would mean that nothing was renumbered.
+    // Another order of summation rounds differently. No difference at all would mean that nothing was renumbered.
     CHECK(in_double.metrics.at("numbering_difference") > 1e-17);
     CHECK(in_double.status == (has_colours ? CellStatus::drifting : CellStatus::ok));
   }

@@ -1,4 +1,4 @@
-// The catalogue as shipped.
+// The catalogue as it is shipped.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>

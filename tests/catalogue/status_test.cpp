@@ -1,4 +1,4 @@
-// What a cell says of a run: purpose-made failures, and what must not count as one.
+// What a cell says about a run: failures that are made on purpose, and what must not count as a failure.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -16,7 +16,7 @@ using Catch::Contains;
 
 namespace {
 
-/// Kind oscillator, 500 steps at most.
+/// A case of the kind oscillator with at most 500 steps.
 CaseSpec oscillator() {
   CaseSpec spec;
   spec.kind = "oscillator";
@@ -40,7 +40,7 @@ class WrongTrial final : public Trial {
   std::unique_ptr<Trial> right_;
 };
 
-/// Hands that remember what they did the time before: the steps' inputs depend on who launches them.
+/// Hands that remember what they did before, so that the inputs of the steps depend on who launches them.
 class FickleTrial final : public Trial {
  public:
   FickleTrial() {
@@ -80,7 +80,7 @@ TEST_CASE("A stable oscillator is ok in double and float, with errors at their r
   CHECK(in_double.steps == 500);
   CHECK(in_double.metrics.at("closed_form_error") < 1e-12);
   CHECK(in_float.status == CellStatus::ok);
-  // Float is float: were it computed in double, this would be far below.
+  // `float` really computes in float. In double the error would be far smaller.
   CHECK(in_float.metrics.at("closed_form_error") > 1e-9);
   CHECK_FALSE(in_double.schedule_differs);
 }
@@ -148,13 +148,13 @@ TEST_CASE("The largest eigenvalue of a block at rest is that of its springs, and
   chain.particle_count = 40;
   chain.fixed = FixedFaces::none();
   const double k_over_m = chain.stiffness_N_per_m / chain.particle_mass_kg;
-  // Free at both ends: 4 k/m sin^2(p pi / 80), p = 39 at most.
+  // A chain that is free at both ends has 4 k/m sin^2(p pi / 80), with p = 39 at most.
   CHECK(rest_lambda_per_s2(chain) == Approx(4 * k_over_m * std::pow(std::sin(39 * M_PI / 80), 2)).epsilon(1e-3));
   TissueScene block;
   block.lattice = {9, 9, 9};
   block.particle_count = 729;
   const double lambda = rest_lambda_per_s2(block) / k_over_m;
-  CHECK(lambda < 12);  // of the endless lattice
+  CHECK(lambda < 12);  // 12 belongs to an infinite lattice
   CHECK(lambda > 11);
 }
 
@@ -221,7 +221,7 @@ TEST_CASE("An expectation judges the cells of its range alone, and none is an er
   CHECK(outcome_of("cells", "equals = 2\nat = [0.5, 10]").exit == ExitCode::pass);
   CHECK(outcome_of("refused", "equals = 0\nat = [4, 5]").exit == ExitCode::usage);
   CHECK(outcome_of("closed_form_error", "max = 1\nat = [3, 3]").exit == ExitCode::usage);  // refused: no error to judge
-  CHECK(outcome_of("order", "max = 1").exit == ExitCode::usage);                           // not of this kind
+  CHECK(outcome_of("order", "max = 1").exit == ExitCode::usage);                           // this kind has no order
 }
 
 TEST_CASE("A case has no wall clock") {

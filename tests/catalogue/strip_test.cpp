@@ -1,4 +1,4 @@
-// The decade strip: everything that happened is in the table, the picture and the CSV.
+// The decade strip: the table, the picture and the CSV contain everything that happened.
 #include <catch2/catch.hpp>
 #include <cmath>
 

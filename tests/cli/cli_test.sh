@@ -8,10 +8,10 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep cli XXXXXX")
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 cd "$work" || exit 1
 spring=$source_dir/scenarios/paper/figure-1-spring.toml
-unset GITHUB_ACTIONS GITHUB_WORKSPACE GITHUB_STEP_SUMMARY EVENSTEP_CALLED_AS   # of a CI that runs these tests
+unset GITHUB_ACTIONS GITHUB_WORKSPACE GITHUB_STEP_SUMMARY EVENSTEP_CALLED_AS   # set if a CI runs these tests
 
 fail() { printf 'FAILED: %s\n--- stdout\n%s\n--- stderr\n%s\n' "$1" "$(head -c 3000 out)" "$(head -c 3000 err)"; exit 1; }
-# expect CODE TEXT ARGUMENTS... : the exit code, and TEXT on stderr or stdout
+# expect CODE TEXT ARGUMENTS... : the program ends with this exit code and prints TEXT on stderr or stdout
 expect() {
   local code=$1 text=$2
   shift 2
@@ -20,7 +20,7 @@ expect() {
   [ "$got" -eq "$code" ] || fail "exit $got instead of $code: evenstep $*"
   grep -qF -- "$text" err out || fail "no '$text': evenstep $*"
 }
-# scenario LINES... : the spring with a change, in x.toml; always short
+# scenario LINES... : writes the spring with these changes into x.toml
 scenario() {
   { printf 'format = 1\nextends = ["%s"]\nname = "x"\n' "$spring"; printf '%s\n' "$@"; } >x.toml
 }
@@ -66,7 +66,7 @@ case_include_cycle() {
   expect 2 "b.toml" run a.toml
   grep -q "a.toml -> b.toml -> a.toml" err || fail "does not name the chain"
 }
-swept() {  # a sweep of six points, of which those at 9 ms fail
+swept() {  # a sweep of six points; those at 9 ms fail
   printf '%s\n' '# a' 'format = 1' "extends = [\"$spring\"]" 'name = "s"' \
     'expect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]' \
     '[run]' 'duration = "0.5 s"' 'strategies = ["phase_locked"]' \
@@ -132,7 +132,7 @@ case_trace_going_back() {
   traced t.csv
   expect 2 "t.csv:4" run t.toml
 }
-# loaded PATTERN ARGUMENTS... : whether a shared library of that name is loaded, in the words of the dynamic linker
+# loaded PATTERN ARGUMENTS... : whether a shared library of that name is loaded, as the dynamic linker reports it
 loaded() {
   local pattern=$1
   shift
@@ -168,7 +168,8 @@ case_completion_and_the_manual_know_every_command_and_option() {
   sed 's/\\-/-/g' out >manual
   commands=$("$evenstep" --help | sed -n '/^Subcommands:/,$p' | sed -nE 's/^  ([a-z]+) .*/\1/p')
   [ "$(wc -w <<<"$commands")" -ge 14 ] || fail "commands: $commands"
-  # Each grep reads to the end (no -q): what writes into it would otherwise fail now and then, and so would the pipe.
+  # Each grep reads to the end (no -q). Otherwise the command that writes into the pipe would sometimes fail, and so the
+  # pipe.
   complete_line() {  # complete_line WORDS... : what the shell offers for the last of them
     bash -c 'source ./completion; COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)); _evenstep
              printf "%s\n" "${COMPREPLY[@]}"' - "$@"
@@ -428,7 +429,7 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
   expect 0 "k_max " run "$tissue" "${small[@]}" --allow-no-expectations
   grep -q UNSTABLE out && fail "a stable step is called unstable"
-  # What is let start above the limit is called so by the run itself; what is not, by the check.
+  # The run itself says that it starts above the limit, if that is allowed. Otherwise the check says so.
   local above=("${small[@]}" --set scene.substeps=1 --set 'scene.stiffness="200 N/m"')
   "$evenstep" run "$tissue" "${above[@]}" --set scene.allow_unstable=true >out 2>err
   grep -Eq "UNSTABLE +the substep is [0-9.]+ times dt_max: allow_unstable lets it start" out || fail "not called unstable"
@@ -456,8 +457,8 @@ assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
-# in_shards TEXT KIND ARGUMENTS... : two shards, their status and merge; the merged lines are those of one process without
-# what is measured; of them the merge says TEXT, and so does the command without running anything
+# in_shards TEXT KIND ARGUMENTS... : two shards, their status and their merge. Except for what is measured, the merged lines
+# are those of one process. The merge says TEXT of them, and so does the command, without running anything.
 in_shards() {
   local text=$1 kind=$2 shard file
   shift 2
@@ -493,7 +494,7 @@ case_catalogue_in_shards() {
   expect 1 "0 passed, 1 failed" catalogue "${cases[0]}" \
     --set 'expect=[{ signal = "case.implicit-euler.cpu", metric = "diverged", equals = 1 }]'
 }
-# A merge has the verdict of what is merged, and none where the scenario is not what the shards ran.
+# A merge has the verdict of what is merged. It has none if the scenario is not the one that the shards ran.
 case_merge_of_a_catalogue_judges_it() {
   local shard
   mkdir cases
@@ -683,8 +684,8 @@ CHECK
 case_check_says_what_governor_faults_and_source_will_do() {
   expect 0 "least: any device phase" check "$spring"
   ! grep -Eq "^  (governor|fault|faults end|source) " out || fail "of a scenario that sets none of them"
-  # 15 steps of 1.482222 ms: 31 segments with 11.1 ms before them begin before 1 s, three with 12 ms before 1.11 s, and the
-  # next one at 31 * 33.33333 + 3 * 34.23333 ms. 20 ticks of 1 kHz from 1.5 s on.
+  # With 15 steps of 1.482222 ms, 31 segments with V of 11.1 ms begin before 1 s, then three with 12 ms before 1.11 s, and
+  # the next one begins at 31 * 33.33333 + 3 * 34.23333 ms. The other fault is 20 ticks of 1 kHz from 1.5 s on.
   scenario '[run]' 'duration = "4 s"' '[timing]' \
     'changes = [{ at = "1 s", visualization = "12 ms" }, { at = "1.11 s", visualization = "11.1 ms" }]'
   local faults=(--set 'device.left.faults=[{ kind = "lost", at = "1.5 s", ticks = 20 }]' --set 'expect=[]')
@@ -696,7 +697,7 @@ case_check_says_what_governor_faults_and_source_will_do() {
   grep -qxF "  faults end   not in this run, so there is no recovery_time" out || fail "a fault that lasts"
   expect 0 "  fault        timing.changes: 1 s and not over when the run ends" check x.toml --set 'expect=[]' \
     --set 'run.duration="1.12 s"'
-  # The same instant as the run's own, where the schedule is not even: a stall.
+  # With an uneven schedule, a stall, the check gives the same instant as the run.
   local stall=$source_dir/scenarios/timing/stall.toml
   local wants='expect=[{ signal = "left.force.phase_locked", metric = "recovery_time", max = "1 s" }]'
   local over
@@ -705,10 +706,10 @@ case_check_says_what_governor_faults_and_source_will_do() {
   over=$(cat out err | sed -n 's/.*its last fault is over at \([0-9.]*\) s.*/\1/p' | head -1)
   [ -n "$over" ] || fail "no instant"
   "$evenstep" check "$stall" >out 2>err
-  # The run says it with six digits.
+  # The run prints six digits.
   [ "$(sed -n 's/^  faults end   \([0-9.]*\) s: .*/\1/p' out | xargs printf '%.6g')" = "$over" ] || fail "not $over"
   need_python
-  # A governor: as many drawings as the run finishes and leaves out.
+  # A governor: the check counts as many drawings as the run finishes and leaves out.
   local merge=$source_dir/scenarios/pauses/regime-merge.toml
   local short=(--set 'run.duration="6 s"' --set 'expect=[]' --set 'timing.governor.budget="10 ms"')
   "$evenstep" run "$merge" "${short[@]}" --set 'run.strategies=["direct"]' --allow-no-expectations --out governed \
@@ -717,7 +718,7 @@ case_check_says_what_governor_faults_and_source_will_do() {
     check "$merge" "${short[@]}"
   "$evenstep" check "$merge" "${short[@]}" --json >check.json 2>err || fail "exit"
   "$evenstep" check x.toml "${faults[@]}" --json >faults.json 2>err || fail "exit"
-  # A source: the closed forms of docs/sources.md, and entries.
+  # A source: the check knows the closed forms of docs/sources.md, and how many entries are needed.
   expect 0 "; at least phase_locked 15.999999 ms, linear 15.999999 ms, polyphase 45.999999 ms, " \
     check "$source_dir/scenarios/sources/slower-clean.toml"
   grep -qF "  source       delay 3 ms, jitter 0 ms, lost 0 %, late 0 % by 0 ms, clock 0 ppm; " out || fail "the source"
@@ -765,7 +766,7 @@ case_a_closed_pipe_is_no_error() {
   "$evenstep" schema 2>err | head -1 >out || fail "exit of schema"
   [ ! -s err ] || fail "an error is printed by schema"
 }
-# printed_commands : what out, err and the files of the last run offer for pasting, one a line
+# printed_commands : the commands that out, err and the files of the last run offer for pasting, one per line
 printed_commands() {
   {
     sed -nE 's/^(again|next): (.*)/\2/p; s/^ +([^ ].* run .* --seed .*)$/\1/p' out
@@ -788,7 +789,7 @@ each_works() {
   ((count > 0)) || fail "no command was printed"
   rm -rf runs
 }
-# The program in a folder of its own, found through PATH, and below a name that needs quotes.
+# The program is in its own folder, is found through PATH, and has a name that needs quotes.
 case_printed_commands_work_as_printed() {
   mkdir 'my bin'
   ln -s "$evenstep" 'my bin/even step'
@@ -842,7 +843,7 @@ case_printed_commands_start_as_the_script_was_started() {
     [ $? -eq 1 ] || { cat again.out; fail "$there: its command does not work"; }
   done
 }
-# on_github ARGUMENTS... : the program in a step of GitHub Actions, in the repository $work. Its runner reads pipes.
+# on_github ARGUMENTS... : runs the program as in a step of GitHub Actions, in the repository $work. Its runner reads pipes.
 on_github() (
   export GITHUB_ACTIONS=true GITHUB_WORKSPACE=$work GITHUB_STEP_SUMMARY=$work/summary.md
   {
@@ -899,7 +900,7 @@ case_github_marks_bad_input_and_warnings() {
   on_github run "$spring" || fail "a summary that cannot be written is no failure of the run"
   grep -q '^::warning title=evenstep::.*summary' err || fail "nothing is said of the summary"
 }
-# What a runner would take for a command, in everything that a scenario, a file's name or an option can say.
+# Text that a runner would take for a command, in every place where a scenario, a file name or an option can have text.
 case_github_finds_no_command_in_the_text_of_others() {
   local evil='x\n::set-output name=a::b\r::add-mask::c ##[set-output name=d;]e'
   local raw=$'::set-output name=a::b\n::set-output name=c::d ##[set-output name=d;]e'
@@ -917,7 +918,7 @@ case_github_finds_no_command_in_the_text_of_others() {
     "run|x.toml|--out|$raw"; do
     if [[ $call == *'|'* ]]; then IFS='|' read -r -d '' -a words <<<"$call"; else read -r -a words <<<"$call"; fi
     on_github "${words[@]}"
-    # The annotations are ours: one line each, "::error" or "::warning".
+    # Our own annotations are one line each, "::error" or "::warning".
     if { cat out; grep -avE "$ours" err; } | tr '\r' '\n' | grep -aE '^[[:space:]]*::|##\['; then
       fail "a command in the output of: evenstep ${words[*]}"
     fi
@@ -1016,7 +1017,7 @@ for s in ("paper", "phase_locked"):
     assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
 }
 case_size_prints_tables_that_run_without_an_underrun() {
-  # From a bare list of steps: its segments are those that size found and wrote.
+  # From a bare list of steps. The segments are those that `size` found and wrote.
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
   expect 0 "this list has none" size steps.csv
@@ -1069,7 +1070,7 @@ assert len(choices) >= 20 and any(c["pareto"] for c in choices) and not all(c["p
 for c in choices:
     run = json.load(open("runs/choice-%d/summary.json" % c["number"]))["metrics"]
     of = lambda device, kind, metric: run["%s.%s.%s" % (device, kind, c["map"])][metric]
-    # What adapts has the mean in its row, and what its loop must carry comes of the most that it may become.
+    # The row of an adaptive latency has its mean. What the loop must carry follows from the largest latency.
     delay_s, ns = of("closed_loop", "hand", "loop_delay"), lambda of_s: round(of_s * 1e9)
     assert delay_s > c["delay_s"] if c["adaptive"] else delay_s == c["delay_s"], c
     law = of("closed_loop", "hand", "predicted_stiffness_limit")
@@ -1270,7 +1271,7 @@ case_closed_stdout_is_not_a_crash() {
   [ "${PIPESTATUS[0]}" -lt 128 ] || fail "died of a signal"
 }
 case_pocl_drivers_agree() {
-  # The same hash with PoCL's basic and pthread drivers, with one and two threads, and on the CPU solver.
+  # The hash is the same with PoCL's basic and pthread drivers, with one and two threads, and on the CPU solver.
   local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]'
     --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')

@@ -1,5 +1,5 @@
-// One body on both clocks. What a Clock promises (clock.h) must hold whether time passes or jumps. A lost notification
-// shows as a test that does not end; no upper bound on wall-clock time is asserted anywhere.
+// The same tests on both clocks. What a Clock promises (clock.h) must hold whether time passes or jumps. A lost notification
+// shows as a test that does not end. No upper bound on wall-clock time is asserted anywhere.
 
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -26,7 +26,7 @@ struct Virtual {
 struct WallAsShipped {
   static WallClock make() { return WallClock(WallEpoch::in({0})); }
 };
-/// No wait ever sleeps: the spin tail alone must see deadlines and notifications.
+/// No wait ever sleeps. The spinning alone must see deadlines and notifications.
 struct WallAllSpin {
   static WallClock make() { return WallClock(WallEpoch::in({0}), kHour * 100); }
 };
@@ -35,7 +35,7 @@ struct WallNoSpin {
   static WallClock make() { return WallClock(WallEpoch::in({0}), Duration{0}); }
 };
 
-/// Waits until notified. A virtual clock's deadlines come at once, so it asks again and again, as a scheduler does.
+/// Waits until notified. Deadlines of a virtual clock come at once, so this asks again and again, as a scheduler does.
 void wait_for_notification(Clock& clock) {
   const auto deadline = [&] { return clock.is_virtual() ? clock.now() + Duration{1} : clock.now() + kHour; };
   while (clock.wait_until(deadline()) != Wake::notified) std::this_thread::yield();
@@ -71,7 +71,7 @@ TEMPLATE_TEST_CASE("now() never runs backwards from one thread to the next", "",
       const std::int64_t seen = latest_ns.load(std::memory_order_acquire);
       const std::int64_t now = clock.now().ns;
       if (now < seen) ++backwards;
-      latest_ns.store(now, std::memory_order_release);  // perhaps not the latest read of all: enough to compare with
+      latest_ns.store(now, std::memory_order_release);  // perhaps not the latest of all reads, but good enough
     }
   };
   std::thread first(reader), second(reader);
@@ -94,7 +94,7 @@ TEMPLATE_TEST_CASE("a deadline in the past returns at once", "", EVENSTEP_ALL_CL
 TEMPLATE_TEST_CASE("deadline reached means now() >= deadline", "", EVENSTEP_ALL_CLOCKS) {
   auto clock = TestType::make();
   int early = 0, woken = 0;
-  // Up to 200 us ahead: within the spin tail, on its edge, and beyond it.
+  // Deadlines up to 200 us ahead: within the time that a wait spins, at its edge, and beyond it.
   for (std::int64_t ahead = 0; ahead <= 200'000; ahead += 500) {
     const RealTime deadline = clock.now() + Duration{ahead};
     woken += clock.wait_until(deadline) == Wake::notified;
@@ -132,10 +132,10 @@ TEMPLATE_TEST_CASE("a pending notification goes before a reached deadline, and i
 }
 
 TEMPLATE_TEST_CASE("10 000 hand-overs between two threads lose no notification", "", Virtual, WallAsShipped, WallNoSpin) {
-  // Each side waits on a clock of its own and notifies the other's. Every notification is waited for exactly once, so one
-  // that got lost would leave both waiting.
+  // Each side waits on its own clock and notifies the other's. Every notification is waited for exactly once, so a lost one
+  // would leave both sides waiting.
   auto ping = TestType::make(), pong = TestType::make();
-  std::int64_t turns = 0;  // not atomic: the notification is what publishes it
+  std::int64_t turns = 0;  // not atomic, because the notification publishes it
   constexpr std::int64_t kTurns = 10'000;
   std::thread other([&] {
     for (std::int64_t i = 0; i < kTurns; ++i) {
@@ -156,7 +156,7 @@ TEMPLATE_TEST_CASE("10 000 hand-overs between two threads lose no notification",
 }
 
 TEMPLATE_TEST_CASE("what every one of several notifiers wrote is visible after the wait", "", EVENSTEP_ALL_CLOCKS) {
-  // Three threads write their boxes, then notify; the owner must see all three, however the notifications fell together.
+  // Three threads write their boxes and then notify. The owner must see all three, however the notifications coincide.
   auto clock = TestType::make();
   constexpr int kNotifiers = 3, kRounds = 20'000;
   std::vector<std::atomic<int>> boxes(kNotifiers);
@@ -175,7 +175,7 @@ TEMPLATE_TEST_CASE("what every one of several notifiers wrote is visible after t
     }
     return true;
   };
-  while (!all_done()) wait_for_notification(clock);  // a box filled after the last notification was taken notifies again
+  while (!all_done()) wait_for_notification(clock);  // a box that is filled later notifies again
   for (auto& notifier : notifiers) notifier.join();
   SUCCEED("every last notification arrived");
 }
@@ -218,8 +218,8 @@ TEMPLATE_TEST_CASE("a signal handler can end the wait of the thread it interrupt
     std::atomic<bool> woken{false};
     std::thread sender([&] {
       pthread_kill(owner, SIGUSR1);
-      // ThreadSanitizer keeps a signal back until the thread next enters a function that it intercepts. One that comes
-      // between the last of these and the futex call is heard of only when another ends the sleep.
+      // ThreadSanitizer keeps a signal back until the thread enters another function that it intercepts. So a signal that
+      // comes between the last such function and the futex call is noticed only when another signal ends the sleep.
       while (kSignalsAreHeldBack && !woken.load()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         pthread_kill(owner, SIGUSR1);

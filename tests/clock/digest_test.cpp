@@ -5,7 +5,7 @@
 using namespace evenstep;
 
 TEST_CASE("spread and name_digest give the published values of their algorithms") {
-  // murmur3's fmix64; FNV-1a's test vectors (Noll).
+  // The function fmix64 of murmur3, and the test vectors of FNV-1a (Noll).
   CHECK(spread(0) == 0);
   CHECK(spread(1) == 0xb456bcfc34c2cb2cULL);
   CHECK(name_digest("") == 0xcbf29ce484222325ULL);

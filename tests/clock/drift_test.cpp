@@ -1,4 +1,4 @@
-// A virtual clock that is told 10^7 exact instants stands on each of them: it adds nothing up itself.
+// A virtual clock that is given 10^7 exact instants is exactly at each of them, because it adds nothing up itself.
 #include <catch2/catch.hpp>
 
 #include "evenstep/clock/virtual_clock.h"

@@ -9,7 +9,7 @@
 
 #include "evenstep/time/digest.h"
 
-// The same source, built with other optimisation levels (CMakeLists.txt).
+// The same source, built with other levels of optimization (CMakeLists.txt).
 namespace evenstep::reproducible_O0 {
 double exp(double), log(double), sin(double), cos(double);
 }
@@ -24,10 +24,10 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// The reference must have room to spare: x87's 64 bits, or quad precision.
+// The reference must be more precise: 64 bits of x87, or quad precision.
 static_assert(std::numeric_limits<long double>::digits >= 64);
 
-/// Pseudo-random in [low, high), the same on every machine: integer hash, then exact arithmetic.
+/// A pseudo-random number in [low, high), the same on every machine: an integer hash, then exact arithmetic.
 double argument(std::uint64_t i, double low, double high) {
   return low + (high - low) * (static_cast<double>(spread(i + 1) >> 12) * 0x1p-52);
 }
@@ -60,7 +60,7 @@ std::uint64_t digest_of(double (*exp)(double), double (*log)(double), double (*s
   std::uint64_t digest = 0;
   for (std::uint64_t i = 0; i < 25'000; ++i) {
     digest = mix(digest, exp(argument(i, -700, 700)));
-    // Half of them near 1: elsewhere k ln 2 hides the last bits of the series.
+    // Half of the arguments are near 1, because elsewhere k ln 2 hides the last bits of the series.
     digest = mix(digest, log(i % 2 ? any_positive(i) : argument(i, 0.5, 2)));
     digest = mix(digest, sin(argument(i, -1e6, 1e6)));
     digest = mix(digest, cos(argument(i, -10, 10)));
@@ -111,7 +111,7 @@ TEST_CASE("sin and cos are within 1 ulp of the exact value") {
 }
 
 TEST_CASE("sin and cos keep their digits at the zeros: the doubles nearest to every multiple of pi / 2") {
-  // This is where the reduction cancels most: the result is as small as 1e-17 and must still be right in every digit.
+  // Here the reduction cancels most: the result is as small as 1e-17 and must still be right in every digit.
   double worst = 0, smallest = 1;
   for (int k = 1; k <= 636'619; ++k) {
     const double x = static_cast<double>(k * 1.57079632679489661923132169163975144L);

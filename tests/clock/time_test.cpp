@@ -28,7 +28,7 @@ const std::vector<NamedRate> kRates = {
     {"8 ms + 16 steps of 1.5 ms", {1'000'000'000, 32'000'000}},
 };
 
-/// Every |k| <= 2000, and pseudo-random ones over all magnitudes up to 10^12, both signs.
+/// Every k with |k| <= 2000, and pseudo-random ones of all magnitudes up to 10^12 and both signs.
 std::vector<std::int64_t> tick_numbers() {
   std::vector<std::int64_t> numbers;
   for (std::int64_t k = -2000; k <= 2000; ++k) numbers.push_back(k);
@@ -41,7 +41,8 @@ std::vector<std::int64_t> tick_numbers() {
   return numbers;
 }
 
-/// q = floor(a / c) for c > 0 is the only q with q c <= a < (q + 1) c: no division, so no rounding rule to get wrong.
+/// For c > 0, q = floor(a / c) is the only q with q c <= a < (q + 1) c. This needs no division, so no rounding rule can be
+/// wrong.
 bool is_floor(std::int64_t q, __int128 a, __int128 c) { return q * c <= a && a < (q + static_cast<__int128>(1)) * c; }
 
 /// first_tick_at_or_after is asked for instants within +-292 years only.

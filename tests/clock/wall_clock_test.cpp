@@ -64,8 +64,8 @@ TEST_CASE("deadlines so far away that they overflow the system's clock wait for 
 
 namespace {
 
-/// Whether the kernel put the calling thread to sleep while `function` ran (spinning never gives the processor away of its
-/// own).
+/// Whether the kernel put the calling thread to sleep while `function` ran. (A thread that spins never gives up the
+/// processor by itself.)
 template <class Function>
 bool sleeps_in(Function function) {
   const auto voluntary_switches = [] {
@@ -84,7 +84,7 @@ TEST_CASE("a wait for a distant deadline or for kNever sleeps, one within the sp
   const WallEpoch epoch = WallEpoch::in({0});
   WallClock waiting(epoch), notifying(epoch), spinning(epoch, Duration{1'000'000'000});
   bool deadline_sleeps = false, never_sleeps = false;
-  // A thread that is kept from running finds its deadline reached and need not sleep: hence more than one try.
+  // A thread that is kept from running may find its deadline reached and need not sleep. So there is more than one try.
   for (int attempt = 0; attempt < 20 && !(deadline_sleeps && never_sleeps); ++attempt) {
     deadline_sleeps |= sleeps_in([&] { waiting.wait_until(waiting.now() + Duration{10'000'000}); });
     std::thread notifier([&] {
@@ -109,7 +109,7 @@ TEST_CASE("notify leaves errno as it was, as a signal handler must") {
 
 namespace {
 
-/// Runs in a thread of its own, so that the test's thread keeps its scheduling.
+/// Runs the function in a separate thread, so that the scheduling of the test's thread does not change.
 template <class Function>
 void in_own_thread(Function function) {
   std::thread thread(function);
@@ -126,7 +126,7 @@ TEST_CASE("a real-time grant says what the kernel really gave to the thread") {
     CHECK(grant.priority == 1);
     CHECK((grant.refusal.find("SCHED_FIFO priority 1 refused: ") == 0) == !grant.fifo);
     CHECK(grant.refusal.empty() == grant.fifo);
-    // 1 ns for an ordinary thread; the kernels that give a real-time thread none report 0.
+    // The slack is 1 ns for an ordinary thread. Kernels that give none to a real-time thread report 0.
     CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) <= 1);
     CHECK(grant.timer_slack_ns == prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0));
   });
@@ -144,8 +144,13 @@ TEST_CASE("a thread that gives its real-time rights back is as it was before, an
   });
 }
 
+<<<<<<< HEAD
 // Sanitizers take mlockall() for themselves, and lock nothing.
 #if !defined(EVENSTEP_SANITIZE_ADDRESS) && !defined(EVENSTEP_SANITIZE_THREAD)
+=======
+// Sanitizers intercept mlockall() and lock nothing.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+>>>>>>> english
 TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
   const auto locked_kB = [] {
     std::ifstream status("/proc/self/status");
@@ -174,7 +179,7 @@ TEST_CASE("a priority that no kernel knows is refused in words, and the timer sl
     CHECK(grant.refusal.find("SCHED_FIFO priority 1000 refused: Invalid argument") == 0);
     CHECK(sched_getscheduler(0) == SCHED_OTHER);
     CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) == 1);
-    // Linux 6.12 and later grant every thread a short slice; earlier ones report none.
+    // Linux 6.12 and later grant every thread a short slice. Earlier versions report none.
     CHECK((grant.slice_ns == 0 || grant.slice_ns == 100'000));
   });
 }
@@ -204,7 +209,7 @@ TEST_CASE("cores are kept awake as long as the device is open, with the latency 
   std::filesystem::remove(device);
   CHECK_THAT(WakeLatency(0, device).refusal(), Catch::Contains("No such file") && Catch::Contains("a container"));
   CHECK_THAT(WakeLatency(0, "/").refusal(), Catch::Contains("Is a directory"));
-  CHECK_THAT(WakeLatency(0, "/dev/full").refusal(), Catch::Contains("No space left"));  // opened, and then refused
+  CHECK_THAT(WakeLatency(0, "/dev/full").refusal(), Catch::Contains("No space left"));  // can be opened, not written
 }
 
 TEST_CASE("the clocks for reports run forwards, and CPU time only where there is work") {

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Sweeps on other people's engines (examples/sweep), with what is killed while they run: the merged bytes are those of one
-# process every time, and no finished line is lost.
+# Sweeps on other people's engines (examples/sweep), while processes are killed. The merged bytes must be those of one
+# process every time, and no finished line may be lost.
 #   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
 # ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), slurm_both (both of these within a second),
 # openmpi, parallel, workqueue, full_disk, builds (no kills: what is refused). KILLS is how many must hit something. The last
 # line says what was measured. WORK in the environment: what is divided, "sweep" (default), "study", "catalogue", or
 # "size --rate 2% --seeds 0..40".
 # Exit status 77: skipped, and why.
-# Everything is in a folder of its own, daemons too, and nothing is left running.
+# Everything happens in one folder, daemons included, and nothing is left running.
 set -uo pipefail
 evenstep=$(readlink -f -- "$1") source_dir=$(readlink -f -- "$2") engine=$3 kills=${4:-3}
 RANDOM=${5:-1}
@@ -30,7 +30,7 @@ need() {
 }
 
 work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-cluster.XXXXXX")
-# ours PATTERN : processes that run in the folder, or a program in it, with such a name. All of them were started here.
+# ours PATTERN : processes with such a name that run in the folder or run a program in it. This script started all of them.
 ours() {
   local process name
   for process in $(find /proc -maxdepth 2 \( -name exe -o -name cwd \) -lname "$work*" -printf '%h\n' 2>/dev/null |
@@ -51,7 +51,7 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 130' INT TERM
 
-# Its bytes are those of this test alone, so that `ours` finds it; its build is the same.
+# A copy of the program that belongs to this test alone, so that `ours` finds it. It is the same build.
 mkdir "$work/bin" "$work/run"
 cp -- "$evenstep" "$work/bin/evenstep"
 export PATH="$work/bin:$PATH" POCL_CACHE_DIR=$work/pocl
@@ -79,7 +79,7 @@ study)
     -e 's/^error .*/error = "state"\nstep_sizes = ["1 ms", "0.5 ms", "0.25 ms", "0.125 ms"]/' \
     "$source_dir/scenarios/stiff/study-block.toml" >"$scenario"
   ;;
-catalogue)   # a folder: a case, and a run that fails, which is a result
+catalogue)   # a folder with a case and with a run that fails, which is a result, too
   scenario=$work/cases
   mkdir "$scenario"
   cp -- "$source_dir/scenarios/stiff/s5-stiffness-decades.toml" "$scenario"
@@ -87,7 +87,7 @@ catalogue)   # a folder: a case, and a run that fails, which is a result
     "$work/s.toml" >"$scenario/run.toml"
   ;;
 esac
-# What is the same wherever it is computed: not the costs, which every shard measures for itself.
+# The part that is the same wherever it is computed. Costs are not: every shard measures its own.
 certain() { sed 's/,"measured":{.*/}/' "$1"; }
 unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!GTEST_@}" JOB_COMPLETION_INDEX
 begin=$(date +%s%N)
@@ -96,7 +96,7 @@ evenstep $WORK "$scenario" --threads 2 --shard 1/1 --out "$work/one" >"$work/one
 reference=$?
 ((reference <= 1)) || fail "the reference does not end"
 [[ $kind != catalogue || $reference == 1 ]] || fail "the run that fails has passed"
-span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # the engines take a little longer
+span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # with an engine it takes a little longer
 cd "$work/run" || exit 1
 
 finished_lines() { cat parts/*.jsonl parts/*.partial 2>/dev/null | wc -l; }
@@ -135,7 +135,7 @@ fresh() {
 }
 
 # struck NAME... -- COMMAND... : runs the command, which is run.sh of an example, and kills one of NAME twice meanwhile. If
-# the command itself does not survive that, it is run again, as its user would.
+# the command itself does not survive that, it is run again, as its user would do.
 struck() {
   local names=() tries=0 shell
   while [[ $1 != -- ]]; do names+=("$1"); shift; done
@@ -228,7 +228,7 @@ refused() {
   grep -qF -- "$text" refused.log || fail "\"$text\" is not said by: $*"
 }
 
-# What must never become a result: a shard of two builds, one that is missing, one twice, one cut short.
+# What must never become a result: shards of two builds, a missing shard, a shard that is there twice, one that is cut short.
 engine_builds() {
   local engine
   for engine in parallel/run.sh openmpi/run.sh workqueue/run.sh slurm/submit.sh; do
@@ -287,7 +287,7 @@ PartitionName=main Nodes=ALL Default=YES State=UP
 CONF
   echo CgroupAutomount=no >cgroup.conf
   export SLURM_CONF=$work/slurm.conf
-  chmod 755 . munge   # of a socket that not everybody can reach munged will have nothing
+  chmod 755 . munge   # munged refuses a socket that not everybody can reach
   munged -F --key-file="$work/munge.key" --socket="$work/munge/socket" --pid-file="$work/munge/pid" \
     --log-file="$work/munge/log" --seed-file="$work/munge/seed" >munge.log 2>&1 &
   for _ in {1..100}; do [[ -S munge/socket ]] && break; sleep 0.1; done
@@ -302,7 +302,7 @@ CONF
   fail "Slurm does not start"
 }
 
-# Daemons that were killed start again after ten seconds, as their supervisor would see to.
+# Daemons that were killed start again after ten seconds, as under a supervisor.
 readonly RESTART_S=10
 down_since=0
 revive() {
@@ -340,13 +340,13 @@ operate() {
   fi
 }
 
-# wait_for FILE : as its user waits
+# wait_for FILE : waits for the file as a user would
 wait_for() {
   for _ in {1..300}; do [[ -e $1 ]] && return; sleep 0.2; done
   fail "$1 is not there: $(squeue)"
 }
 
-# refuses_old_parts COMMAND... : parts of a scenario that was changed since must not become its result.
+# refuses_old_parts COMMAND... : if a scenario has changed, parts of the old one must not become its result
 refuses_old_parts() {
   cp "$work/s.toml" "$work/before.toml"
   rm -f "$kind.jsonl"
@@ -358,7 +358,7 @@ refuses_old_parts() {
   mv "$work/before.toml" "$work/s.toml"
 }
 
-# submitted_again : submit.sh submits only what is not complete, and cancels what is held.
+# submitted_again : submit.sh submits only what is not complete, and cancels jobs that are held
 submitted_again() {
   local said
   rm "parts/$kind-3-of-4.jsonl" "$kind.jsonl"
@@ -375,7 +375,7 @@ submitted_again() {
   judge
   [[ $kind != sweep ]] || refuses_old_parts submit_and_wait
 }
-# submit_and_wait : the merge's log and exit status
+# submit_and_wait : gives the log and the exit status of the merge
 submit_and_wait() {
   local id
   id=$("$examples/slurm/submit.sh" "$scenario" | sed -n 's/.*shards, \([0-9]*\) of the merge.*/\1/p')

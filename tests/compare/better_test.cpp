@@ -10,7 +10,7 @@ using namespace evenstep;
 
 namespace {
 
-/// The metrics of which `better` is true, in the order of the alphabet, wrapped.
+/// The metrics for which `better` is true, in alphabetical order, wrapped.
 std::string list_of(Better better) {
   std::set<std::string> names;
   for (const char* form :

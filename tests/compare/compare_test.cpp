@@ -92,7 +92,7 @@ TEST_CASE("which way a metric got worse is known for each, and the largest chang
   CHECK(figure(record, "k_max")->change == Change::worse);
   CHECK(figure(record, "lead")->change == Change::better);
   CHECK(figure(record, "judged")->change == Change::other);
-  CHECK(record.holds());  // nobody asked
+  CHECK(record.holds());  // there was no condition
 }
 
 TEST_CASE("a threshold counts what it judged and what it broke, and broken ones stand first") {
@@ -121,7 +121,7 @@ TEST_CASE("numbers below 1e-12 of the largest of their signal are rounding: no b
   CHECK(shown_figures(record, false).empty());
   b.metrics["left.force.paper"]["jump_max"] = 5e-13;  // above 1e-12 of 0.4 N
   CHECK_FALSE(compared(a, b, {"worse > +1 %"}).holds());
-  // Nothing is rounding by itself: here nothing of the signal is larger.
+  // A small value alone is no sign of rounding: here the signal has nothing larger.
   a.metrics["left.force.paper"] = {{"deviation_max", 1.6e-14}};
   b.metrics["left.force.paper"] = {{"deviation_max", 2.2e-14}};
   CHECK_FALSE(compared(a, b, {"worse > +1 %"}).holds());
@@ -148,7 +148,7 @@ TEST_CASE("a number that is gone breaks every threshold on it, and so does one t
   CHECK_FALSE(compared(a, b, {"worse > +5 %"}).holds());
   CHECK_FALSE(compared(a, b, {"missing"}).holds());
   CHECK(compared(b, a, {"missing"}).holds());
-  CHECK_FALSE(compared(b, a, {"latency > +5 %"}).holds());  // it judged nothing
+  CHECK_FALSE(compared(b, a, {"latency > +5 %"}).holds());  // the condition judged nothing
 }
 
 TEST_CASE("a verdict that gets worse breaks the default condition, and one that gets better does not") {
@@ -162,7 +162,7 @@ TEST_CASE("a verdict that gets worse breaks the default condition, and one that 
   CHECK(compared(b, a).holds());
   b = a;
   b.expectations.clear();
-  CHECK_FALSE(compared(a, b).holds());  // nobody knows any more
+  CHECK_FALSE(compared(a, b).holds());  // the expectation is gone, so nobody knows its verdict
   CHECK(compared(b, a).holds());
 }
 

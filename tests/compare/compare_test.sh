@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# compare_test.sh PROGRAM SOURCE_DIR CASE : `evenstep compare`, `evenstep index` and what summary.json says of where a run is
-# from. Runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
+# compare_test.sh PROGRAM SOURCE_DIR CASE : tests `evenstep compare`, `evenstep index` and what summary.json says about the
+# origin of a run. Runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
 set -uo pipefail
 evenstep=$1
 source_dir=$2
@@ -14,7 +14,7 @@ export GIT_CONFIG_GLOBAL=/dev/null GIT_CONFIG_SYSTEM=/dev/null GIT_AUTHOR_NAME=a
 spring=$source_dir/scenarios/paper/figure-1-spring.toml
 
 fail() { printf 'FAILED: %s\n--- stdout\n%s\n--- stderr\n%s\n' "$1" "$(head -c 3000 out)" "$(head -c 3000 err)"; exit 1; }
-# expect CODE TEXT ARGUMENTS... : the exit code, and TEXT on stderr or stdout
+# expect CODE TEXT ARGUMENTS... : the program ends with this exit code and prints TEXT on stderr or stdout
 expect() {
   local code=$1 text=$2
   shift 2
@@ -159,10 +159,10 @@ case_every_summary_fits_the_schema() {
   "$evenstep" schema summary >schema.json || fail "no schema"
   cmp -s schema.json "$source_dir/docs/schema/summary-1.json" || fail "another schema than docs/schema/summary-1.json"
   expect 2 "there is no such schema" schema summery
-  # All shipped scenarios, each shorter than its expectations need: they fail, and their summaries must fit all the same.
+  # All shipped scenarios, each shorter than its expectations need. They fail, but their summaries must fit the schema.
   "$evenstep" run "$source_dir"/scenarios/{paper,timing,sizing,recorded,closed-loop,safety} --long --out all \
     --set run.duration="0.4 s" --set run.warmup="0.1 s" >out 2>err
-  # Of the cases those that take a second at most: all have one form.
+  # Only the cases that take a second at most, as the summaries of all cases have the same form.
   "$evenstep" run "$source_dir"/scenarios/extreme/{diverged,hand-jump,unstable-step,s16-degenerate,s18-devices}.toml \
     --out cases >>out 2>>err
   "$evenstep" run --clock wall "$source_dir/scenarios/live/figure-1-spring.toml" --set run.duration="0.4 s" --out live \

@@ -35,7 +35,7 @@ TEST_CASE("a relative threshold counts from A, in the direction of its sign") {
   CHECK(grows.exceeded(kBuffers, "latency", 0.100, 0.1051, false));
   CHECK_FALSE(grows.exceeded(kBuffers, "latency", 0.100, 0.05, false));
   CHECK(grows.exceeded(kBuffers, "latency", -0.100, -0.09, false));
-  CHECK(grows.exceeded(kBuffers, "latency", 0, 1e-9, false));  // nothing is 5 % of nothing
+  CHECK(grows.exceeded(kBuffers, "latency", 0, 1e-9, false));  // any growth is more than 5 % of 0
   CHECK_FALSE(grows.exceeded(kBuffers, "latency", 0, 0, false));
   const Threshold shrinks = of("stable < -1%");
   CHECK(shrinks.exceeded("closed_loop.left.paper", "stable", 1, 0, true));

@@ -1,4 +1,4 @@
-// A real device and the clock it is given, chosen by -DCLOCK=.
+// A real device and the clock that it is given, which -DCLOCK= chooses.
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/hid/hidapi_transport.h"

@@ -1,4 +1,4 @@
-// The driver on boards whose firmware reads the standard in its own way. What is asserted is what the motors do.
+// The driver on boards whose firmware reads the standard in its own way. The tests assert what the motors do.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -16,7 +16,7 @@ namespace {
 
 int axes_of(BoardKind kind) { return kind == BoardKind::openffboard_1 ? 1 : 2; }
 
-/// 10 N over 0.4 m along each axis that has a motor, with the signs of that board as somebody would measure them.
+/// 10 N over 0.4 m along each axis that has a motor, with the signs that a user would measure on that board.
 PidOptions options_for(BoardKind kind) {
   PidOptions options;
   options.travel_m = {0.4, axes_of(kind) > 1 ? 0.4 : 0, 0};
@@ -57,7 +57,7 @@ struct BoardBench {
   std::unique_ptr<PidDriver> driver;
 };
 
-/// Counts are cut off several times on their way; a direction of 8 bits is 0.35 degrees off, so that 0.62 % of a force along
+/// Counts are cut off several times on their way. A direction in 8 bits is 0.35 degrees off, so that 0.62 % of a force along
 /// X acts along Y and 2e-5 of it is lost.
 constexpr double kRounding_N = 10.0 * 4 / 10'000;
 double astray(BoardKind kind) { return kind == BoardKind::arduino ? 0.0063 : 0; }
@@ -83,7 +83,7 @@ TEST_CASE("on every board the force asked for acts along its axes with its sign 
       for (std::int64_t k = 0; k < 200; ++k) {
         const auto draw = [&] { return (static_cast<double>(random() >> 11) / (1ll << 52) - 1) * largest_N; };
         glm::dvec3 force{0};
-        const auto only = random() % 3;  // along X, along Y, along both
+        const auto only = random() % 3;  // 0: along X, 1: along Y, 2: along both
         if (only != 1) force.x = draw();
         if (only != 0 && axes_of(kind) > 1) force.y = draw();
         bench.tick(k, force);
@@ -111,7 +111,7 @@ TEST_CASE("on no board a force along one axis ever acted along another") {
 }
 
 TEST_CASE("Set Effect of a force has Direction Enable alone and that of a spring its axis bit beside it") {
-  // Axis byte, first direction: 90 degrees; for Y 0, and 180 for its spring.
+  // The axis byte and the first direction: 90 degrees for X, 0 for Y, and 180 for the spring along Y.
   const auto set_effects = [](BoardKind kind, std::size_t axis_byte) {
     BoardBench bench(kind, with_springs(kind));
     bench.driver->start();
@@ -175,12 +175,12 @@ TEST_CASE("on every board a spring of a measured sign pulls towards its center w
       at[axis] = 0.1;
       BoardBench bench(kind, with_springs(kind), Still{at});
       bench.driver->start();
-      // More than 256 reports, which is how far one firmware counts them.
+      // More than 256 reports, because one firmware counts them only that far.
       for (std::int64_t k = 0; k < 600; ++k) {
         bench.tick(k, {0, 0, 0});
         DeviceSpring spring;
         const double stiffness = 5 + static_cast<double>(random() % 40);
-        // Off center the Arduino library has no right spring to give.
+        // The Arduino library gives a right spring only at the center.
         if (kind != BoardKind::arduino) spring.center_m[axis] = static_cast<double>(random() % 301) / 1000 - 0.15;
         spring.below_N_per_m[axis] = spring.above_N_per_m[axis] = stiffness;
         spring.limit_N[axis] = 10;
@@ -209,7 +209,7 @@ TEST_CASE("a spring whose sign nobody measured is rendered along X alone and not
     spring.limit_N = {10, 10, 0};
     const DeviceSpring rendered = bench.driver->write_spring(spring);
     CHECK(rendered.above_N_per_m.y == 0);
-    const bool along_x = kind != BoardKind::arduino;  // whose force is reversed
+    const bool along_x = kind != BoardKind::arduino;  // the Arduino library's force is reversed
     CHECK((rendered.above_N_per_m.x > 0) == along_x);
     require_rendered(bench.device.motors().force_N, {along_x ? -2 : 0, 0, 0}, kind);
     CHECK(bench.device.motors().effects_playing == axes_of(kind) + along_x);
@@ -226,7 +226,7 @@ TEST_CASE("a spring measured as reversed is sent with negative coefficients") {
   spring.below_N_per_m = spring.above_N_per_m = {20, 20, 0};
   spring.limit_N = {10, 10, 0};
   CHECK(bench.driver->write_spring(spring).above_N_per_m.y == Approx(20).margin(0.01));
-  // On a board that is not reversed such a spring pushes away.
+  // If the board is not reversed, such a spring pushes away.
   require_rendered(bench.device.motors().force_N, {2, -1, 0}, BoardKind::openffboard_2);
 }
 
@@ -237,7 +237,7 @@ TEST_CASE("no board is left with a force when its driver hangs, and each ends it
     bench.driver->start();
     for (std::int64_t k = 0; k < 1000; ++k) bench.tick(k, {3, 0, 0});
     require_rendered(bench.device.motors().force_N, {3, 0, 0}, kind);
-    // The last Start was at 750 ms; firmware that counts whole milliseconds ends it one later.
+    // The last Start was at 750 ms. Firmware that counts whole milliseconds ends the effect one millisecond later.
     bench.clock.wait_until(RealTime{1'249 * kMs});
     CHECK(bench.device.motors().force_N.x > 2.9);
     bench.clock.wait_until(RealTime{1'252 * kMs});
@@ -275,7 +275,7 @@ TEST_CASE("the pool is asked again while it says less than two, twenty times, an
 
 TEST_CASE("an axis that Axes Enable does not list has no force and is refused by name") {
   PidOptions options = options_for(BoardKind::openffboard_1);
-  options.travel_m.y = 0.4;  // positions have a Y: a pedal
+  options.travel_m.y = 0.4;  // positions have a Y, for example of a pedal
   BoardBench bench(BoardKind::openffboard_1, options);
   CHECK_THROWS_WITH(bench.driver->start(), Contains("no force along Y") && Contains("give it a travel of 0"));
   CHECK(is_still(bench.device.motors()));

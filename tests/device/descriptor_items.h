@@ -1,5 +1,5 @@
 #pragma once
-// Report descriptors for tests, item by item.
+// Writes report descriptors for tests, item by item.
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>

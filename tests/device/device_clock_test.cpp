@@ -14,21 +14,21 @@ using namespace evenstep::test;
 
 namespace {
 
-/// A device that reports at `rate_Hz` by a clock of its own, and a cable that is late.
+/// A device that reports at `rate_Hz` by its own clock, over a cable that delays the reports.
 struct Device {
   double rate_Hz = 1000;
-  double ppm = 0, ppm_per_s = 0;  // its clock gains so much
-  std::int64_t least_age_ns = 0;  // of every report
-  std::int64_t jitter_ns = 0;     // one-sided, uniform, on top
-  double lost = 0;                // share of the reports
-  std::int64_t quantum_us = 1;    // of its stamps
+  double ppm = 0, ppm_per_s = 0;  // how much its clock gains
+  std::int64_t least_age_ns = 0;  // the least age of every report
+  std::int64_t jitter_ns = 0;     // up to this much is added, uniformly
+  double lost = 0;                // the share of reports that are lost
+  std::int64_t quantum_us = 1;    // stamps are multiples of this
   std::uint32_t first_stamp_us = 0;
   std::int64_t tick_ns = 0;  // reports are read at multiples of it; 0: when they come
 };
 
 struct Seen {
   std::int64_t reports = 0;
-  double worst_ns = 0;  // |taken - when it was taken| after `judged_from`
+  double worst_ns = 0;  // the largest difference between the time that was found and the true one, from `judged_s` on
   double earliest_ns = 0, latest_ns = 0;
   SampleAges ages;
 };
@@ -44,7 +44,7 @@ Seen follow(const Device& device, double length_s, double judged_s, std::uint64_
   std::int64_t stamp_before_us = 0, ahead_before = 0;
   for (std::int64_t k = 0;; ++k) {
     const double device_s = static_cast<double>(k) / device.rate_Hz;
-    // The host's time at which its clock says so: its rate is 1 + ppm + ppm_per_s t.
+    // The host's time at which the device's clock says `device_s`: that clock runs at 1 + ppm + ppm_per_s t.
     const double gain = (device.ppm + device.ppm_per_s * device_s / 2) * 1e-6;
     const double host_s = device_s / (1 + gain);
     if (host_s > length_s) break;
@@ -59,8 +59,8 @@ Seen follow(const Device& device, double length_s, double judged_s, std::uint64_
     ++seen.reports;
     REQUIRE(taken <= RealTime{read_ns});
     if (before) REQUIRE(taken >= *before);
-    // But for a report from the future nothing moves it at once: two reports are as far apart as their stamps, but for the
-    // clocks' difference and a few ms in half a second.
+    // Only a report from the future moves the times suddenly. Otherwise two reports are as far apart as their stamps, except
+    // for the difference of the clocks and a few ms in half a second.
     const std::int64_t apart_ns = (stamp_us - stamp_before_us) * kUs;
     if (before && clock.ages().ahead == ahead_before)
       REQUIRE(std::abs((taken - *before).ns - apart_ns) <= apart_ns / 50 + 10);
@@ -103,8 +103,9 @@ TEST_CASE("of 100 random devices the age above the least is known to a few repor
                   .first_stamp_us = static_cast<std::uint32_t>(random())};
     device.jitter_ns = static_cast<std::int64_t>(between(0, 2e9 / device.rate_Hz));
     const Seen seen = follow(device, 15, 4, random());
-    // The least of the n jitters of a block is within J x / n of 0 but for a share e^-x; a line through such points, drawn
-    // on by half its length and a block, doubles what they are off. A stamp is a microsecond, and its least one another.
+    // The least of the n jitters of a block is within J x / n of 0, except for a share e^-x of the blocks. A line through
+    // such points that is continued by half its length and a block doubles their errors. A stamp is off by a microsecond,
+    // and the least one of a block by another.
     const double reports = device.rate_Hz * (1 - device.lost) / 2;
     const double bound_ns = 2 * 20 * static_cast<double>(device.jitter_ns) / reports + 3000;
     CAPTURE(trial, seen.ages.restarts, seen.ages.capped, device.rate_Hz, device.ppm, device.jitter_ns, device.lost,
@@ -126,7 +127,7 @@ TEST_CASE("reports seen at ticks of their own period: off by up to a period, and
   for (const double ppm : {-500.0, -100.0, 100.0, 200.0, 500.0}) {
     const double slip_s = 1e3 / std::abs(ppm);
     const Device device{.ppm = ppm, .jitter_ns = 200 * kUs, .tick_ns = kMs};
-    CHECK(follow(device, 3 * slip_s, 1, 5).worst_ns <= 1.3e6);  // one more by a first line that is too steep
+    CHECK(follow(device, 3 * slip_s, 1, 5).worst_ns <= 1.3e6);  // more than a period while the first line is too steep
     CHECK(follow(device, 70, 50, 5).worst_ns <= 0.05e6);
   }
 }
@@ -159,13 +160,14 @@ TEST_CASE("a clock that was set is followed anew, and what was moved is counted"
   CHECK(at(101, 101) == Approx(100.96));
   CHECK(at(160, 102) == 102);  // 58 ms from the future
   CHECK(clock.ages().restarts == 1);
-  CHECK(at(150, 103) == 103);  // and back
+  CHECK(at(150, 103) == 103);  // the clock is set back
   CHECK(clock.ages().restarts == 2);
 
   CHECK(at(151, 2000) == 1000);  // at most a second old
   CHECK(clock.ages().capped == 1);
   CHECK(at(151, 2001) == Approx(1001));
-  // From now on it is 200 ms behind: first these reports are old, and at the end of their block the clock is followed anew.
+  // From now on the clock is 200 ms behind. At first these reports count as old. At the end of their block the clock is
+  // followed again from the start.
   clock.restart();
   for (int k = 0; k < 600; ++k) at(200 + k, 3000 + k);
   CHECK(at(800, 3800) == Approx(3600));

@@ -35,7 +35,7 @@ TEST_CASE("a contact that only pushes is a spring on its penetrating side from i
     for (const double alpha : {1.0, 1.02}) {
       const AffineContact contact = wall(300, 0.05, outward);
       const DeviceSpring spring = device_spring(contact, alpha, 5);
-      // F_a is 3 N at the tool: at alpha the line through it meets zero 10 mm / alpha away.
+      // F_a is 3 N at the tool. With alpha, the line through it meets zero 10 mm / alpha away.
       CHECK(spring.center_m.x == Approx(0.05 - outward * 0.01 * (1 - 1 / alpha)).epsilon(1e-12));
       CHECK(spring.below_N_per_m.x == (outward > 0 ? 300 * alpha : 0));
       CHECK(spring.above_N_per_m.x == (outward > 0 ? 0 : 300 * alpha));
@@ -57,7 +57,7 @@ TEST_CASE("a bond is a spring on both sides and every axis for itself") {
     const auto draw = [&] { return static_cast<double>(random() % 2001) / 10'000 - 0.1; };
     const glm::dvec3 hand{draw(), draw(), draw()};
     const glm::dvec3 law = bond.force_N + bond.stiffness_N_per_m * (bond.tool_m - hand);
-    // Some rounding of forces up to 50 N.
+    // Room for some rounding of forces up to 50 N.
     for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(force_N(spring, hand)[axis] - law[axis]) < 1e-12);
   }
 }
@@ -114,7 +114,7 @@ TEST_CASE("the device renders the springs that the driver says it does for both 
         REQUIRE(std::abs(rendered.below_N_per_m[axis] - wanted.below_N_per_m[axis]) <= 50 / count * 0.5001);
         REQUIRE(std::abs(rendered.above_N_per_m[axis] - wanted.above_N_per_m[axis]) <= 50 / count * 0.5001);
         REQUIRE(std::abs(rendered.limit_N[axis] - wanted.limit_N[axis]) <= 10 / count * 0.5001);
-        // The firmware's own arithmetic: the same to rounding.
+        // The firmware computes in its own way; the result is the same up to rounding.
         REQUIRE(std::abs(bench.device.force_N()[axis] - force_N(rendered, at)[axis]) < 1e-12);
       }
     }
@@ -136,7 +136,7 @@ TEST_CASE("a spring steeper than the device can is split and the rest is left to
     const glm::dvec3 rest = LocalRenderer(1).force_N(contact, Duration{0}, hand) - force_N(rendered, hand);
     CHECK(rest.x == Approx(1.5 - 50 * gain * 0.005).epsilon(1e-3));
     bench.driver->write(rest);
-    // A count of the force and of the center's 6 um.
+    // Up to a count of the force and a count of the center, which is 6 um.
     CHECK(bench.device.force_N().x == Approx(1.5).margin(1e-3));
   }
   PidOptions measured = with_springs();
@@ -197,7 +197,7 @@ TEST_CASE("a condition is sent when it changes and with the refresh") {
   CHECK(bench.device.playing() == 2);
   bench.tick_at(0, {0, 0, 0});
   bench.transport.log.clear();
-  // Center 0.1 of 0.2 m, 25 of 50 N/m below, 5 of 10 N.
+  // Each value is half of its range: center 0.1 of 0.2 m, stiffness below 25 of 50 N/m, limit 5 of 10 N.
   const DeviceSpring spring{{0.1, 0, 0}, {25, 0, 0}, {0, 0, 0}, {5, 0, 0}};
   for (int i = 0; i < 3; ++i) bench.driver->write_spring(spring);
   CHECK(bench.transport.log == std::vector<std::string>{"w 12 02 00 00 40 00 00 00 40 00 40 00 40 00 00"});
@@ -214,7 +214,7 @@ TEST_CASE("a hand comes to rest on the device's own wall and the wall goes when 
   SimulatedPidOptions device = pid_device(PidFlavour::mask);
   device.reports.queue = QueuePolicy::libusb;  // the newest position after the pause
   PidBench bench(device, with_springs(), Hand(spec, {Still{}, RealTime{}}));
-  bench.clock.wait_until(RealTime{200 * kMs});  // the firmware begins with the spring, not with the clock
+  bench.clock.wait_until(RealTime{200 * kMs});  // the firmware's time begins with the spring, not with the clock
   bench.driver->start();
   const DeviceSpring wall_spring{{0.02, 0, 0}, {40, 0, 0}, {0, 0, 0}, {10, 0, 0}};
   DeviceSample sample;
@@ -222,7 +222,7 @@ TEST_CASE("a hand comes to rest on the device's own wall and the wall goes when 
     sample = bench.tick_at(tick * kMs, {0, 0, 0});
     bench.driver->write_spring(wall_spring);
   }
-  // 1 N on 40 N/m from 20 mm on; a count of the position is 6 um.
+  // 1 N against 40 N/m from 20 mm on. A count of the position is 6 um.
   CHECK(sample.position_m.x == Approx(0.02 - 0.025).margin(1e-5));
   bench.clock.wait_until(RealTime{3600 * kMs});
   CHECK(bench.driver->read(bench.clock.now()).position_m.x < -0.02);

@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of the evdev driver have in common, on a simulated device, a made-up node and the kernel.
+// What the tests of the evdev driver share, whether they use a simulated device, a scripted node or the kernel.
 #include <condition_variable>
 #include <cstring>
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace evenstep::test {
 
-/// Two axes of 0.4 m, 10 N, all of which may be used.
+/// Two axes of 0.4 m and 10 N, all of which may be used.
 inline EvdevOptions evdev_options() {
   EvdevOptions options;
   options.travel_m = {0.4, 0.4, 0};
@@ -74,14 +74,14 @@ class ScriptedNode : public EvdevNode {
   int set_axis(std::uint16_t, const EvdevAxis&) override { return 0; }
   const EvdevInfo& info() const override { return here; }
 
-  /// Sets something while no call is being answered.
+  /// Changes something while no call is being answered.
   template <class Change>
   void change(Change change) {
     const std::lock_guard lock(mutex);
     change();
     changed.notify_all();
   }
-  /// The result of a look while no call is being answered.
+  /// Looks at something while no call is being answered, and returns what was seen.
   template <class Look>
   auto look(Look look) {
     const std::lock_guard lock(mutex);
@@ -96,7 +96,7 @@ class ScriptedNode : public EvdevNode {
   std::int32_t x = 0;
   bool is_slow = false, is_held = false, gone = false;
   int refuses_with = 0, first_id = 0;
-  int uploading = 0;  // calls, also those that wait
+  int uploading = 0;  // number of upload calls, including those that wait
   std::map<int, EvdevEffect> effects;
   std::map<int, int> written;
   std::vector<EvdevEffect> uploads;

@@ -35,7 +35,7 @@ struct SimulatedEvdevBench {
   void ticks(int count, const glm::dvec3& force_N) {
     for (int i = 0; i < count; ++i) tick(force_N);
   }
-  /// Within two counts of a level: rounding, and the one that a refresh may take away.
+  /// True within two counts of a level: one for rounding, one that a refresh may take away.
   bool renders(const glm::dvec3& force_N) { return glm::length(device.force_N() - force_N) < 2 * 10.0 / 0x7FFF; }
 
   VirtualClock clock;
@@ -132,7 +132,7 @@ TEST_CASE("evdev: of what came before the run nothing is lost and nothing is cou
       REQUIRE(first.taken_at);
       CHECK(*first.taken_at <= first.read_at);
       CHECK(first.read_at - *first.taken_at <= Duration{2 * kTick.ns});
-      // Two axes and SYN_REPORT a tick: the buffer of 64 places is full after some 22 ms.
+      // Each tick sends two axes and SYN_REPORT, so the buffer of 64 places is full after some 22 ms.
       CHECK(bench.driver.evdev_counters().dropped == (!forgets && waited_ms >= 100));
       if (forgets) CHECK(bench.driver.counters().reports == 0);
       const DeviceSample second = bench.tick(glm::dvec3(0));
@@ -154,7 +154,7 @@ TEST_CASE("evdev: what comes between SYN_DROPPED and the next SYN_REPORT is not 
   };
   const EvdevEvent end{evdev::kSyn, evdev::kSynReport, 0}, dropped{evdev::kSyn, evdev::kSynDropped, 0};
   CHECK(x_after({{evdev::kAbs, 0, 50}, end}, 1) == Approx(0.05));
-  CHECK(x_after({{evdev::kAbs, 0, 60}}, 2) == Approx(0.05));  // not whole yet
+  CHECK(x_after({{evdev::kAbs, 0, 60}}, 2) == Approx(0.05));  // the report is not complete yet
   CHECK(x_after({end}, 3) == Approx(0.06));
   node.x = -20;
   CHECK(x_after({dropped, {evdev::kAbs, 0, 90}}, 4) == Approx(0.06));
@@ -175,7 +175,7 @@ TEST_CASE("evdev: an axis that has told nothing yet and whose 0 is its end has n
   SimulatedEvdevOptions options;
   options.minimum = 0;
   options.maximum = 4095;
-  options.reports.first_tick = RealTime{10'000'000};  // powered on later than it was opened
+  options.reports.first_tick = RealTime{10'000'000};  // the device is powered on after it was opened
   SimulatedEvdevBench bench(options);
   bench.driver.start();
   for (int tick = 1; tick < 20; ++tick) {
@@ -215,7 +215,7 @@ TEST_CASE(
     "evdev: a force whose upload is lost on the cable is made up for in half of a duration although it stays the same") {
   for (const double after_N : {0.0, 2.0}) {
     SimulatedEvdevOptions options;
-    // The upload of tick 600 and the gain, plays and uploads that could follow it for 20 ms.
+    // Lost are the upload of tick 600 and the gain, plays and uploads that could follow within 20 ms.
     options.reports.faults = {fault(ReportFault::Kind::write_lost, 600, 1)};
     EvdevOptions own = evdev_options();
     own.travel_m.y = 0;
@@ -269,7 +269,7 @@ TEST_CASE("evdev: no more is sent than the device takes, axes take turns, and th
     if (now_N.y != last_y) gaps_y.push_back(gap_y), gap_y = 0;
     last_x = now_N.x, last_y = now_N.y;
   }
-  // 250 a second for two axes, of which two in 250 ms are plays.
+  // 250 writes a second for two axes. Two of them in 250 ms are plays.
   CHECK(gaps_x.size() + gaps_y.size() >= 235);
   CHECK(gaps_x.size() + gaps_y.size() <= 250);
   CHECK(*std::max_element(gaps_x.begin() + 1, gaps_x.end()) <= 20);
@@ -370,7 +370,7 @@ TEST_CASE("evdev: without a full scale nothing is uploaded and a force is an err
   CHECK_THAT(device_error_of([&] { bench.tick({}); }), Contains("a force cannot be written"));
 }
 
-// ---- the simulated device, as the kernel has it
+// ---- the simulated device behaves as the kernel does
 
 TEST_CASE("simulated evdev: an effect belongs to who uploaded it, keeps its type, and its number is given again") {
   VirtualClock clock;
@@ -411,7 +411,7 @@ TEST_CASE("simulated evdev: the buffer of 64 places keeps the newest event and s
   SimulatedEvdevOptions options;
   options.fuzz = 0;
   SimulatedEvdev device(clock, ProgrammedMotion{ConstantVelocity{{0.1, 0, 0}}, RealTime{}}, options);
-  // Two events a report from the second on, so 31 of them fit and the 32nd fills the last place.
+  // From the second report on there are two events a report, so 31 reports fit and the 32nd fills the last place.
   clock.wait_until(RealTime{31'000'000});
   std::array<EvdevEvent, 128> events;
   CHECK(device.read(events).count == 62);

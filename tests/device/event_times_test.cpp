@@ -1,4 +1,4 @@
-// When an event device's positions were taken: times of events that can be believed, and times that cannot.
+// When the positions of an event device were taken, for events whose times can be believed and for others.
 
 #include <catch2/catch.hpp>
 #include <cerrno>
@@ -53,7 +53,7 @@ TEST_CASE(
   CHECK(times.taken(ms(10)) == ms(8));
   times.changed(ms(10.3), ms(11));
   CHECK(times.taken(ms(11)) == ms(10.3));
-  CHECK_FALSE(times.unchanged(ms(12)));  // a report may have been made at 12.2, and be on its way
+  CHECK_FALSE(times.unchanged(ms(12)));  // a report may have been made at 12.2 and still be on its way
   CHECK(times.taken(ms(12)) == ms(10.3));
   CHECK(times.unchanged(ms(13)));
   CHECK(times.taken(ms(13)) == ms(11));
@@ -156,7 +156,7 @@ TEST_CASE("evdev: a sample has the time of its event, and one that comes after t
   CHECK(sample.position_m.x == Approx(0.013));
   CHECK(driver.ages()->ahead == 0);
 
-  // One that lies about the future waits for one tick, and then counts as read.
+  // An event with a time in the future waits for one tick and then counts as taken when it was read.
   sample = read(14, position(14, RealTime{kHour}));
   CHECK((!sample.fresh && sample.taken_at == ms(12.01)));
   sample = read(15, {});
@@ -167,7 +167,7 @@ TEST_CASE("evdev: a sample has the time of its event, and one that comes after t
 TEST_CASE("evdev: between two events nothing is new, and a hand that holds still is as old as its unchanged age") {
   TimedNode node;
   EvdevDriver driver(node, timed());
-  CHECK(driver.read(ms(1)).taken_at == ms(-1));  // where the axes are, which was asked for
+  CHECK(driver.read(ms(1)).taken_at == ms(-1));  // start() has asked where the axes are
   node.events = position(10, ms(9.6));
   CHECK(driver.read(ms(10)).taken_at == ms(9.6));
   DeviceSample sample = driver.read(ms(11));
@@ -194,7 +194,7 @@ TEST_CASE(
   const DeviceSample sample = driver.read(ms(21));
   CHECK((sample.fresh && sample.taken_at == ms(20.5) && sample.position_m.x == Approx(0.05)));
 
-  // Who cannot be asked at once is asked in the next tick: by then it is as old as a position that nothing changes.
+  // A node that cannot be asked at once is asked in the next tick. The answer then is as old as an unchanged position.
   node.x = 60;
   node.is_busy = true;
   node.events = {kDropped, {evdev::kSyn, evdev::kSynReport, 0, ms(30.5)}};
@@ -238,7 +238,7 @@ TEST_CASE("live evdev: times of events are by the clock of the run, from CLOCK_M
   node.change([&] { node.events = position(10, ms(5'010.25)); });
   const DeviceSample sample = driver.read(ms(11));
   CHECK((sample.fresh && sample.taken_at == ms(10.25)));
-  // The farthest times that there are stay what they are.
+  // The earliest and the latest time stay as they are.
   using Limits = std::numeric_limits<std::int64_t>;
   CHECK(clock.at(Limits::min()).ns == Limits::min());
   CHECK(WallClock(WallEpoch{-1}).at(Limits::max()).ns == Limits::max());
@@ -247,7 +247,7 @@ TEST_CASE("live evdev: times of events are by the clock of the run, from CLOCK_M
 TEST_CASE("evdev: a simulated device stamps an event with its report's tick, however late the event is") {
   SimulatedEvdevOptions options;
   options.fuzz = 0;
-  options.reports.rate = {3000, 1};  // ticks that are no whole microseconds
+  options.reports.rate = {3000, 1};  // its ticks are not at whole microseconds
   options.reports.age = [](std::int64_t tick) { return Duration{tick % 7 * 300'000}; };
   VirtualClock clock;
   SimulatedEvdev device(clock, ProgrammedMotion{ConstantVelocity{{0.1, 0, 0}}, RealTime{}}, options);
@@ -258,7 +258,7 @@ TEST_CASE("evdev: a simulated device stamps an event with its report's tick, how
     const std::size_t count = device.read(events).count;
     for (std::size_t i = 0; i < count; ++i) {
       if (events[i].type != evdev::kSyn) continue;
-      // The first report finds the axis at 0, where it is.
+      // The first report has no events, because the axis is at 0 already.
       const RealTime at = tick_time(options.reports.rate, ++tick, RealTime{});
       CHECK(events[i].at.ns == at.ns / 1000 * 1000);
       CHECK(events[i - 1].at == events[i].at);

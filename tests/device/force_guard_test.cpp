@@ -19,7 +19,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Uniform in [-1, 1), from the generator's bits alone.
 double uniform(std::mt19937_64& random) { return static_cast<double>(static_cast<std::int64_t>(random())) * 0x1p-63; }
 
-/// Any size from 1e-20 to 1e308, sometimes along an axis, sometimes not finite.
+/// A force of any size from 1e-20 to 1e308, sometimes along an axis, sometimes not finite.
 glm::dvec3 any_force(std::mt19937_64& random) {
   const double size =
       std::pow(10, random() % 4 ? static_cast<double>(random() % 5) - 1 : static_cast<double>(random() % 328) - 20);
@@ -32,7 +32,7 @@ glm::dvec3 any_force(std::mt19937_64& random) {
 }  // namespace
 
 namespace {
-/// A schedule that has a force, and a hand that nobody asks about.
+/// A tick whose schedule has a force; where the hand is does not matter.
 const GuardedTick kWithForce{{}, RealTime{0}};
 }  // namespace
 
@@ -60,12 +60,12 @@ TEST_CASE("whatever is wanted, length and change stay within the limits, 100,000
     for (int call = 0; call < 1000; ++call) {
       const glm::dvec3 wanted = any_force(random);
       const glm::dvec3 sent = guard.pass(now, wanted, kWithForce);
-      // Direction, its length and the scaling round 8 times at most, 2^-53 each, as does hypot here: 8 epsilon.
+      // The direction, its length and the scaling round at most 8 times, by 2^-53 each, and so does hypot here: 8 epsilon.
       REQUIRE(length(sent) <= limits.max_N * (1 + 8 * kEpsilon));
-      // The sum last + change rounds once more per component, of numbers up to max_N.
+      // The sum of `last` and the change rounds once more per component, with numbers up to max_N.
       const double allowed_N = limits.max_slew_N_per_s * seconds(now - last_at);
       REQUIRE(length(sent - last) <= allowed_N * (1 + 8 * kEpsilon) + 2 * kEpsilon * limits.max_N);
-      // Idempotent: the same instant again changes nothing, for the same wish and for the force that was sent.
+      // A second call at the same instant changes nothing, neither with the same wish nor with the force that was sent.
       REQUIRE(guard.pass(now, wanted, kWithForce) == sent);
       REQUIRE(guard.pass(now, sent, kWithForce) == sent);
       last = sent;
@@ -152,7 +152,7 @@ TEST_CASE("a non-finite force ramps to zero by the slew limit and is counted") {
 
 namespace {
 
-/// A tick of a hand at rest, its force due right now, at `ms`.
+/// A tick at `ms`, with a hand at rest and a force that is due right now.
 GuardedTick calm(std::int64_t ms) {
   GuardedTick tick;
   tick.sample.read_at = RealTime{ms * kMs};
@@ -241,7 +241,7 @@ TEST_CASE("an axis without a spring takes no part of the limit and one that is n
 }
 
 TEST_CASE("each reason to cut ramps to zero and back in the ramps' own time and is counted once") {
-  // Not right between 200 ms and 300 ms: down to nothing at 220 ms, up again from 300 ms on.
+  // Something is wrong between 200 ms and 300 ms. So the force is down to nothing at 220 ms and rises again from 300 ms on.
   enum class Fault { device, hand, force, speed };
   for (const Fault fault : {Fault::device, Fault::hand, Fault::force, Fault::speed}) {
     ForceLimits limits = with_ramps();
@@ -257,8 +257,8 @@ TEST_CASE("each reason to cut ramps to zero and back in the ramps' own time and 
       if (faulty && fault == Fault::force) tick.force_due = RealTime{199 * kMs};
       if (faulty && fault == Fault::speed) hand.x += 0.002;  // 2 m/s
       tick.sample.position_m = hand;
-      // The speed is a mean over 5 ms: it has fallen to half its limit, where the cut ends, when 2.5 of them are at rest.
-      // It has risen above the limit with the third of them.
+      // The speed is a mean over 5 ms. It has risen above the limit with the third of these milliseconds. The cut ends at
+      // half the limit, which is when the hand has been at rest for 2.5 of them.
       const int late = fault == Fault::speed ? 2 : 0;
       const double sent = guard.pass(RealTime{ms * kMs}, {1, 0, 0}, tick).x;
       if (ms >= 100 && ms < 200) CHECK(sent == 1);
@@ -375,7 +375,7 @@ TEST_CASE("the guard says whether it lets the force through, and if not, why") {
     guard.pass(now, {1, 0, 0}, {sample, ms < 2 ? std::nullopt : std::optional(due)});
     return guard.state();
   };
-  CHECK(pass(0, 0, false, true, false) == GuardState::cut_device);  // a reason of its own
+  CHECK(pass(0, 0, false, true, false) == GuardState::cut_device);  // a reason to cut even without a force
   CHECK(pass(1, 0, true, true, false) == GuardState::waiting);      // no force has come yet: nothing is cut off
   CHECK(pass(2, 0, true, true, true) == GuardState::ramping);
   for (std::int64_t ms = 3; ms < 10; ++ms) CHECK(pass(ms, 0, true, true, true) == GuardState::ramping);

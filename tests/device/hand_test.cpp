@@ -24,7 +24,7 @@ HandSpec mass_only(double mass_kg) {
   return spec;
 }
 
-/// Released at 10 mm on a spring, with damping ratio below 1.
+/// A hand that is released at 10 mm on a spring, with a damping ratio below 1.
 HandSpec oscillator(double omega_per_s, double damping_ratio) {
   HandSpec spec = mass_only(0.2);
   spec.stiffness_N_per_m = 0.2 * omega_per_s * omega_per_s;
@@ -53,7 +53,7 @@ TEST_CASE("a free mass flies its parabola exactly, however the force changes wit
     HandSpec spec = mass_only(mass);
     spec.velocity_m_per_s = {0.1, -0.2, 0};
     Hand hand(spec, {});
-    // At the end of each piece by the closed form of that piece, in long double.
+    // The position at the end of each piece, from the closed form of that piece, in long double.
     long double x = 0, v = 0.1L;
     std::int64_t at = 0;
     double force = 0;
@@ -66,7 +66,7 @@ TEST_CASE("a free mass flies its parabola exactly, however the force changes wit
         x += v * dt + force / mass * dt * dt / 2;
         v += force / mass * dt;
         at += length;
-        // A rounding of 1e-16 m or so per step, some 600 steps per round.
+        // Each step rounds by about 1e-16 m, and a round has some 600 steps.
         REQUIRE(std::abs(hand.position_m(RealTime{at}).x - x) < 1e-12);
       }
     }
@@ -80,8 +80,8 @@ TEST_CASE(
       CAPTURE(omega, ratio);
       const double h = 25e-6, long_s = 0.5;
       const double error = worst_error_m(omega, ratio, kHandStep, long_s);
-      // The frequency is off by (w h)^2 / 24, so the phase by that times w t (undamped: t to the end; damped: to the
-      // decay 1 / (ratio w)), and the damping by as much; the amplitude is 10 mm.
+      // The frequency is off by (w h)^2 / 24, and the damping by as much. So the phase is off by that times w t, where t
+      // goes to the end without damping and to the decay time 1 / (ratio w) with it. The amplitude is 10 mm.
       const double t = ratio > 0 ? std::min(long_s, 1 / (ratio * omega)) : long_s;
       CHECK(error <= 0.01 * (omega * h) * (omega * h) / 24 * (omega * t + 3) * 1.2 + 1e-12);
       const double coarse = worst_error_m(omega, ratio, kHandStep * 2, long_s);
@@ -95,7 +95,7 @@ TEST_CASE("without damping an oscillator keeps its swing for a million steps") {
   double late = 0;
   for (std::int64_t ns = 25 * kSecond; ns < 25 * kSecond + 200 * kMs; ns += 100 * kUs)
     late = std::max(late, std::abs(hand.position_m(RealTime{ns}).x));
-  // Verlet swings on an ellipse that differs by (w h)^2 / 8; a sample of 0.1 ms misses the peak by (w 0.05 ms)^2 / 2.
+  // Verlet swings on an ellipse that differs by (w h)^2 / 8. Samples every 0.1 ms miss the peak by (w 0.05 ms)^2 / 2.
   CHECK(late == Approx(0.01).epsilon(2e-5));
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("an arm's damper and spring follow the path, so a hand without frictio
   for (std::int64_t ns = 0; ns <= 3 * kSecond; ns += 777'777)
     CHECK(std::abs(hand.position_m(RealTime{ns}).x - 0.1 * (ns / 1e9)) < 1e-12);
 
-  // Its own friction drags it behind by b v / k: where the spring pays for the friction.
+  // With friction of its own the hand stays behind by b v / k: there the spring makes up for the friction.
   spec.damping_N_s_per_m = 1;
   Hand dragged(spec, path);
   CHECK(dragged.position_m(RealTime{10 * kSecond}).x == Approx(1.0 - 1 * 0.1 / 135).epsilon(1e-6));
@@ -143,7 +143,7 @@ TEST_CASE("a hand rests where it starts before t = 0 and leaves its reach with a
   Hand hand(spec, {Still{{0.5, 0, 0}}, RealTime{0}});
   CHECK(hand.position_m(RealTime{-5}).x == 0.75);
   CHECK(hand.position_m(RealTime{0}).x == 0.75);
-  // -2 m are 2.75 m away: sqrt(2 * 2.75 m * 0.2 kg / 10 N) = 0.3317 s.
+  // The end at -2 m is 2.75 m away, which takes sqrt(2 * 2.75 m * 0.2 kg / 10 N) = 0.3317 s.
   const double out_s = std::sqrt(2 * 2.75 * 0.2 / 10);
   CHECK_NOTHROW(hand.position_m(RealTime{static_cast<std::int64_t>((out_s - 1e-4) * 1e9)}));
   try {

@@ -1,4 +1,4 @@
-// What a Haply Inverse Service says, and the driver on a simulated service.
+// The messages of a Haply Inverse Service, and the driver on a simulated service.
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
@@ -13,7 +13,7 @@ using Catch::Contains;
 
 namespace {
 
-/// As a SOFA plugin has printed it, shortened.
+/// A message as a SOFA plugin has printed it, shortened.
 const std::string kMessage =
     R"({"inverse3":[{"device_id":"04EA","state":{"angular_position":{"a0":-30.9,"a1":53.8,"a2":-6.6},"control_mode":"idle",)"
     R"("cursor_position":{"x":0.10428079,"y":-0.03648221,"z":-0.06100729},"cursor_velocity":{"x":0,"y":0,"z":0},)"
@@ -59,7 +59,7 @@ struct Inverse3Bench {
   Inverse3Driver driver;
 };
 
-/// A link that says what the test wants.
+/// A link that answers what the test tells it to.
 struct Scripted final : Inverse3Link {
   Read read(std::string& text) override {
     if (!answer) return Read::nothing;
@@ -233,7 +233,7 @@ TEST_CASE("inverse3: positions count from the origin, and each tick has one") {
     const DeviceSample sample = bench.tick(glm::dvec3(0));
     CHECK(sample.fresh);
     CHECK(sample.drivable);
-    // The service prints numbers of single precision: 0.15 m to 15 nm.
+    // The service prints numbers in single precision, which gives 0.15 m to within 15 nm.
     CHECK(glm::length(sample.position_m - glm::dvec3(0.1, 0.05, -0.02) * (i * 1e-3)) < 20e-9);
   }
   CHECK(bench.driver.counters().reports == 100);

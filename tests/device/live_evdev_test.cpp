@@ -1,5 +1,5 @@
-// Uploads by a thread of their own, and a device that is unplugged and comes back. The node is made up, the thread is real;
-// times of the driver are not.
+// Uploads by their own thread, and a device that is unplugged and comes back. The node is scripted and the thread is real.
+// The driver's times are made up.
 
 #include <catch2/catch.hpp>
 #include <cerrno>
@@ -32,7 +32,7 @@ bool eventually(Condition condition) {
   return false;
 }
 
-/// Belongs to the LiveEvdev, and passes on to a node that the test keeps.
+/// A node that LiveEvdev owns. It passes every call on to a node that the test keeps.
 struct Passed final : EvdevNode {
   explicit Passed(ScriptedNode& to) : node(to) {}
   EvdevRead read(std::span<EvdevEvent> events) override { return node.read(events); }
@@ -142,7 +142,7 @@ TEST_CASE("live evdev: a device that was unplugged and is back has its effects a
   others.is_held = true;
   back.first_id = 7;
   back.x = 25;
-  back.refuses_with = ENOSYS;  // until its force feedback is there
+  back.refuses_with = ENOSYS;  // as long as its force feedback is not there
   LiveBench bench(
       [&] {
         EvdevNodes nodes = one(others);

@@ -35,7 +35,7 @@ TEST_CASE("constant velocity follows its closed form on both sides of the start'
       const long double run = ns >= start.ns ? t - t_s / 2 : t_s * (u * u * u - u * u * u * u / 2);
       for (int axis = 0; axis < 3; ++axis) {
         const long double expected = 0.5L + kVelocity[axis] * run;
-        // Seven roundings at most, each 2^-53 of a value below 2.
+        // At most seven roundings, each by 2^-53 of a value below 2.
         CHECK(std::abs(position_m(motion, RealTime{ns})[axis] - expected) <= 14 * 0x1p-53L);
       }
     }
@@ -44,9 +44,9 @@ TEST_CASE("constant velocity follows its closed form on both sides of the start'
 }
 
 TEST_CASE("the smooth start has no jump in velocity or acceleration") {
-  // Of a C2 curve the second difference is h^2 x'' + O(h^3): between two neighbours it changes by at most h^3 max |x'''|,
-  // and x''' = v (6 - 12 u) / t_s^2. A jump of the acceleration (v 3 / t_s for a parabola of that height) changes it by
-  // h^2 1.5 v / t_s, 25 times the bound here.
+  // The second difference of a C2 curve is h^2 x'' + O(h^3). Between two neighbours it changes by at most h^3 max |x'''|,
+  // where x''' = v (6 - 12 u) / t_s^2. A jump of the acceleration (v 3 / t_s for a parabola of that height) would change it
+  // by h^2 1.5 v / t_s, which is 25 times the bound here.
   const double v = 0.1, t_s = 0.1, h = 1e-3;
   const ConstantVelocity motion{{v, 0, 0}, Duration{100 * kMs}};
   const auto second_difference = [&](std::int64_t ns) {
@@ -94,7 +94,7 @@ TEST_CASE("back and forth covers the same points on every way, and in a turn 5/1
       const double beyond_m = 5.0 / 16 * static_cast<double>(turn.ns) / 1e9 * 0.1, rounding = 4 * 0x1p-53;
       const double from_m = x_m(motion, 100 * kMs), to_m = x_m(motion, 100 * kMs + straight.ns);
       CHECK(to_m - from_m == Approx(0.1 * static_cast<double>(straight.ns) / 1e9).epsilon(1e-14));
-      for (const std::int64_t way : {1, 2, 7, 100'000}) {  // the last after up to six days
+      for (const std::int64_t way : {1, 2, 7, 100'000}) {  // the last one comes after up to six days
         const std::int64_t begin_ns = 100 * kMs + way * period_ns;
         for (std::int64_t k = 0; k <= 1000; ++k) {
           const std::int64_t into_ns = straight.ns / 1000 * k;
@@ -143,11 +143,12 @@ TEST_CASE("the sine follows (1 - cos) / 2 and mirrors bit for bit within a turn"
     const Sine motion{{0.02, 0, -1}, frequency};
     for (std::int64_t k = 0; k <= 10'000; ++k) {
       const std::int64_t ns = k * 1'234'567;
-      // The exact phase first: the reference must not lose digits in the turns either.
+      // The phase is computed exactly first, because the reference must not lose digits in the turns either.
       const std::int64_t turn = frequency.den * kSecond;
       const long double phase = static_cast<long double>(ns * frequency.num % turn) / turn;
       const long double expected = (1 - std::cos(2 * kLongPi * phase)) / 2;
-      // sin(a)^2: the angle 3 roundings, the sine 4 ulp, twice by the square: below 20 * 2^-53 of an amplitude of 1.
+      // For sin(a)^2 the angle takes 3 roundings and the sine 4 ulp, and the square doubles both. At an amplitude of 1 that
+      // is below 20 * 2^-53.
       REQUIRE(std::abs(position_m(motion, RealTime{ns}).z + expected) <= 20 * 0x1p-53L);
       if (ns < turn) REQUIRE(x_m(motion, ns) == x_m(motion, turn - ns));
     }
@@ -198,11 +199,11 @@ TEST_CASE("a stick-slip motion holds, slips evenly to the mean line, and is on i
       const long double slipped = into <= stick.ns ? 0 : static_cast<long double>(into - stick.ns) / slip.ns * period;
       const glm::dvec3 position = position_m(motion, RealTime{ns});
       for (int axis = 0; axis < 3; ++axis) {
-        // Five roundings (velocity, fraction, sum, seconds, product) of at most 2^-53 of a value below 4.
+        // Five roundings (velocity, fraction, sum, seconds, product), each by at most 2^-53 of a value below 4.
         const long double expected = static_cast<long double>(kVelocity[axis]) * ((since + slipped) / 1e9L);
         REQUIRE(std::abs(position[axis] - expected) <= 20 * 0x1p-53L);
       }
-      // Bit for bit: the hold is the start of its period, and that is the mean line.
+      // While it sticks, the hand stays where its period began, and that is on the mean line; both bit for bit.
       if (into <= stick.ns) REQUIRE(position == position_m(motion, RealTime{since}));
       REQUIRE(position_m(motion, RealTime{since}) == position_m(ConstantVelocity{kVelocity}, RealTime{since}));
     }
@@ -231,7 +232,7 @@ TEST_CASE("a stick-slip motion without a stick is constant velocity, bit for bit
 }
 
 TEST_CASE("at 0.1 m/s a stick-slip motion is on whole nanometres wherever its bracket is whole microseconds") {
-  // Slip of a tenth: a microsecond moves it by 10 times 100 nm.
+  // It slips for a tenth of the time, so in a microsecond it moves by 10 times 100 nm.
   const StickSlip motion{{0.1, -0.1, 0}, Duration{90 * kMs}, Duration{10 * kMs}};
   for (std::int64_t us = 0; us < 20'000'000; us += 37) {
     const std::int64_t into = us % 100'000, run_us = us - into + std::max<std::int64_t>(0, into - 90'000) * 10;
@@ -243,7 +244,7 @@ TEST_CASE("at 0.1 m/s a stick-slip motion is on whole nanometres wherever its br
 }
 
 TEST_CASE("a recorded motion goes through its rows, straight between them, and holds its ends") {
-  // Whole numbers whose quarters are exact, so that equality may be asked for.
+  // The quarters of these whole numbers are exact, so the test may ask for equality.
   const RecordedMotion motion{
       {{RealTime{-8}, {1, 0, 0}}, {RealTime{0}, {9, -4, 0}}, {RealTime{4}, {1, -8, 2}}, {RealTime{5}, {0, 0, 0}}}};
   CHECK(position_m(motion, RealTime{INT64_MIN / 2}) == glm::dvec3(1, 0, 0));
@@ -278,12 +279,12 @@ TEST_CASE("a minimum-jerk motion goes from rest to rest through its points by th
   for (std::int64_t ns = -kMs; ns <= 1'500 * kMs; ns += 997'001) {
     const long double first = part(ns / 0.4e9L), second = part((ns - 500 * kMs) / 1e9L);
     const glm::dvec3 x = position_m(motion, RealTime{ns});
-    // A dozen roundings of values below 0.03.
+    // Room for a dozen roundings of values below 0.03.
     CHECK(std::abs(x.x - (0.01L * first + 0.02L * second)) < 1e-16);
     CHECK(std::abs(x.y - 0.01L * second) < 1e-16);
     CHECK(std::abs(x.z - (-0.02L * first + 0.02L * second)) < 1e-16);
   }
-  CHECK(position_m(motion, RealTime{450 * kMs}) == glm::dvec3(0.01, 0, -0.02));  // rests
+  CHECK(position_m(motion, RealTime{450 * kMs}) == glm::dvec3(0.01, 0, -0.02));  // at rest between two moves
   CHECK(position_m(motion, RealTime{1'500 * kMs}) == glm::dvec3(0.03, 0.01, 0));
   CHECK(position_m(motion, RealTime{1'500 * kMs + 1}) == glm::dvec3(0));
   CHECK(position_m(MinimumJerk{}, RealTime{kSecond}) == glm::dvec3(0));

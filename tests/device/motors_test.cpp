@@ -1,4 +1,4 @@
-// What the motors of simulated devices did, against what is known from what was written to them and when.
+// What the motors of simulated devices did, compared with what must follow from what was written to them and when.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -26,7 +26,7 @@ struct MotorsBench {
   ReferenceDriver driver{device};
 };
 
-/// 10 N at the largest magnitude of 32767, and all of it.
+/// 10 N at the largest magnitude of 32767, and a gain of 1, so that all of it may be used.
 PidOptions full_gain() {
   PidOptions options = pid_options();
   options.gain = 1;
@@ -36,7 +36,7 @@ PidOptions full_gain() {
 }  // namespace
 
 TEST_CASE("the motors of a reference device render what it took and as long as nothing else comes") {
-  // Of 40 ticks the output of some is lost: the force before goes on, one tick longer for each.
+  // The output of some of the 40 ticks is lost. The force before them goes on for one tick more with each loss.
   for (std::int64_t lost = 0; lost < 20; ++lost) {
     MotorsBench bench({.faults = {{Kind::write_lost, 10, lost}}});
     for (int k = 0; k < 40; ++k) bench.tick(k, {0.003 * k, -0.004 * k, 0});
@@ -46,7 +46,7 @@ TEST_CASE("the motors of a reference device render what it took and as long as n
     CHECK(motors.unrenewed.ns == (lost + 1) * kMs);
     CHECK(motors.effects_ended == 0);
     bench.clock.wait_until(RealTime{100 * kMs});
-    CHECK(bench.device.motors().unrenewed.ns == 61 * kMs);  // since the last one, at 39 ms
+    CHECK(bench.device.motors().unrenewed.ns == 61 * kMs);  // since the last output, at 39 ms
     bench.driver.stop();
     CHECK(bench.device.motors().force_N == glm::dvec3(0));
     bench.clock.wait_until(RealTime{1000 * kMs});
@@ -81,12 +81,12 @@ TEST_CASE("the motors of a PID device are on while its driver runs and off and e
     bench.tick_at(kMs, {3, -4, 0});
     const MotorState driven = bench.device.motors();
     CHECK((driven.actuators_enabled && driven.effects_playing == 2 && driven.effects_allocated == 2));
-    // The coarser flavour's direction turns 0.62 % of the 3 N to Y.
+    // The direction of the coarser flavour turns 0.62 % of the 3 N to Y.
     CHECK(driven.largest_N == Approx(5).margin(0.02));
     bench.driver->stop();
     const MotorState left = bench.device.motors();
     CHECK(is_still(left));
-    CHECK(left.effects_ended == 0);  // stopped, not ended
+    CHECK(left.effects_ended == 0);  // the effects were stopped, they did not end by themselves
   }
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("a switch ends a force and a force that comes back is counted from the
 }
 
 TEST_CASE("a spring that a PID device renders by itself shows in its motors with a hand and without") {
-  // 25 N/m, of the 50 N/m that 10 N over 0.2 m are; the device moves by 0.1 m/s.
+  // 25 N/m; at most 50 N/m are possible, which is 10 N over 0.2 m. The device moves at 0.1 m/s.
   SimulatedPidOptions options = pid_device(PidFlavour::mask);
   PidOptions driver = full_gain();
   driver.springs = true;
@@ -138,7 +138,7 @@ TEST_CASE("a spring that a PID device renders by itself shows in its motors with
   spring.limit_N = {10, 10, 0};
   bench.driver->write_spring(spring);
   bench.clock.wait_until(RealTime{400 * kMs});
-  // At 0.4 s 40 mm: 1 N, to a count of the coefficient.
+  // After 0.4 s the device is at 40 mm, which makes 1 N up to a count of the coefficient.
   CHECK(bench.device.motors().force_N.x == Approx(-1).epsilon(1e-3));
   CHECK(bench.device.motors().largest_N == Approx(1).epsilon(1e-3));
   CHECK(bench.device.motors().unrenewed.ns >= 399 * kMs);
@@ -157,7 +157,7 @@ TEST_CASE("while nobody reads the queue fills as its policy says and the first r
         REQUIRE(sample.fresh == (k < 50 || k == 50 + ticks));
         if (k >= 50 && k < 50 + ticks) REQUIRE(sample.position_m.x == Approx(4.9e-3).margin(1e-9));
       }
-      // ticks + 1 reports wanted a place.
+      // ticks + 1 reports needed a place in the queue.
       const bool hidraw = policy == QueuePolicy::hidraw;
       const std::int64_t dropped = std::max<std::int64_t>(0, ticks + 1 - (hidraw ? 63 : 32));
       CHECK(bench.device.dropped() == dropped);
@@ -171,7 +171,7 @@ TEST_CASE("while nobody reads the queue fills as its policy says and the first r
 
 TEST_CASE("a hand that leaves its reach is said once and its device can be stopped all the same") {
   HandSpec thrown;
-  thrown.push_N = {100, 0, 0};  // 2 m after 90 ms
+  thrown.push_N = {100, 0, 0};  // 2 m away after 90 ms
   for (const std::int64_t at_ms : {100, 200, 5000}) {
     VirtualClock clock;
     SimulatedTransport device(clock, Hand(thrown, {}), {});

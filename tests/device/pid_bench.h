@@ -47,7 +47,7 @@ inline PidLayout layout_of(const HidTransport& device) {
   return *pid_layout(*parse_report_descriptor(device.report_descriptor()));
 }
 
-/// Two axes of 0.4 m, 10 N.
+/// Two axes of 0.4 m and 10 N.
 inline PidOptions pid_options() {
   PidOptions options;
   options.travel_m = {0.4, 0.4, 0};

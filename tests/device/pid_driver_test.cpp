@@ -16,8 +16,8 @@ namespace {
 /// Largest count of the magnitude.
 double counts_of(PidFlavour flavour) { return flavour == PidFlavour::mask ? 32767 : 10'000; }
 
-/// Half a count of the magnitude of a device of 10 N for rounding, and a quarter for a direction of 8 bits, which says 90
-/// degrees as 64 / 255 of a turn, 0.35 degrees off, so that 1.9e-5 of the force is lost.
+/// On a device of 10 N, half a count of the magnitude is for rounding. A quarter is for a direction in 8 bits: it gives 90
+/// degrees as 64 / 255 of a turn, which is 0.35 degrees off, so that 1.9e-5 of the force is lost.
 double tolerance_N(PidFlavour flavour) { return 10 / counts_of(flavour) * 0.75; }
 
 /// Such a direction also turns 0.62 % of a force along X to Y.
@@ -192,7 +192,7 @@ TEST_CASE("a tick writes a report per changed axis and nothing for what is as it
   bench.tick_at(kMs, {0, 0, 0});
   CHECK(bench.transport.log.empty());
   bench.tick_at(2 * kMs, {1, 0, 0});
-  // 1 N of 10 N: 3276.7 counts of 32767, and to the right is against 90 degrees.
+  // 1 N of 10 N is 3276.7 counts of 32767. It is negative because a force to the right points against 90 degrees.
   CHECK(bench.transport.log == Log{"w 14 01 33 F3"});
   bench.tick_at(3 * kMs, {1, -1, 0});
   CHECK(bench.transport.log.back() == "w 14 02 33 F3");
@@ -226,7 +226,7 @@ TEST_CASE("a host that hangs leaves no force behind: the effect ends to the nano
     bench.driver->start();
     for (std::int64_t tick = 0; tick < 1000; ++tick) bench.tick_at(tick * kMs, {1, 1, 0});
     require_rendered(bench, {1, 1, 0}, flavour);
-    // The last refresh was at 950 ms. Reading alone keeps nothing alive.
+    // The last refresh was at 950 ms. Reading alone does not keep effects playing.
     bench.clock.wait_until(RealTime{1050 * kMs - 1});
     bench.driver->read(bench.clock.now());
     require_rendered(bench, {1, 1, 0}, flavour);
@@ -311,7 +311,7 @@ TEST_CASE("positions arrive within half a count over the travel and stop at its 
 
 namespace {
 
-/// A device of the mask flavour whose axes may say "no value", and input reports of the test's own.
+/// A device of the mask flavour whose axes may say "no value". The test chooses its input reports.
 class SayingTransport final : public HidTransport {
  public:
   explicit SayingTransport(bool with_null) : descriptor_(pid_descriptor({PidFlavour::mask})) {
@@ -469,7 +469,7 @@ TEST_CASE("what the device says of itself is kept and a force it does not render
     CHECK(bench.driver->state().actuators_enabled == true);
     CHECK(bench.driver->state().paused == false);
     CHECK(bench.driver->state().effect_playing == true);
-    // Enabled, two starts, four events; the position reports beside them are all there.
+    // State reports come for the enabling, two starts and four events. No position report beside them is missing.
     CHECK(bench.driver->pid_counters().state_reports >= 7);
     CHECK((bench.driver->counters().reports == 50 && bench.driver->counters().malformed == 0));
   }
@@ -502,6 +502,6 @@ TEST_CASE("a hand on a device renders the forces written after the delay of its 
   bench.driver->start();
   double position_m = 0;
   for (std::int64_t tick = 0; tick <= 103; ++tick) position_m = bench.tick_at(tick * kMs, {1, 0, 0}).position_m.x;
-  // F t^2 / 2m over 100 ms = 10 mm; the force is 1 N within a count of 77 uN, a position count 6 um.
+  // F t^2 / 2m over 100 ms is 10 mm. The force is 1 N up to a count of 77 uN, and a count of the position is 6 um.
   CHECK(position_m == Approx(0.01).margin(1e-5));
 }

@@ -1,4 +1,4 @@
-// What goes wrong between a device and its driver, for the reference device and for both flavours of PID devices.
+// What can go wrong between a device and its driver: for the reference device and for both flavours of PID devices.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
@@ -32,7 +32,7 @@ struct ReferenceBench {
   ReferenceDriver driver{transport};
 };
 
-/// From call `from` on, for `count` calls, every request to the device ends this way.
+/// From call `from` on, `count` requests to the device end as `how` says.
 class FailingTransport final : public HidTransport {
  public:
   FailingTransport(HidTransport& device, int from, int count, HidWrite how)
@@ -66,7 +66,7 @@ TEST_CASE("reference device: each fault at each of 50 ticks shows in its counter
   struct Row {
     Kind kind;
     std::int64_t amount;
-    DeviceCounters expected;  // besides the 100 reports
+    DeviceCounters expected;  // reports: the difference from 100
   };
   const std::array<Row, 9> rows{{{Kind::lost, 1, {-1, 1, 0, 1}},
                                  {Kind::duplicated, 3, {3, 0, 0, 0}},
@@ -83,7 +83,7 @@ TEST_CASE("reference device: each fault at each of 50 ticks shows in its counter
         ReferenceBench bench({{row.kind, at, row.amount}}, policy);
         for (std::int64_t tick = 0; tick < 100; ++tick) {
           const DeviceSample sample = bench.read_at(tick);
-          // Whatever came is the newest there was, never an older one.
+          // Whatever came is the newest report that existed, never an older one.
           const bool missing = tick == at && row.expected.stale > 0;
           REQUIRE(sample.fresh == !missing);
           REQUIRE(sample.position_m.x == static_cast<double>(100'000 * (tick - missing)) / 1e9);
@@ -178,7 +178,7 @@ TEST_CASE("PID: whatever report fault in whatever state of the driver the force 
             PidBench bench(device, pid_options(), kMovingHand);
             const glm::dvec3 force{state == State::playing ? 1.0 : 0.0, 0.5 * (state == State::playing), 0};
             const std::int64_t start = state == State::before_start ? 120 : 0, stop = state == State::stopped ? 40 : 1000;
-            // Reads only, so that a fault of writes that nobody makes then hits the start.
+            // Before the start there are only reads. So a fault of writes cannot happen there and would hit the start.
             if (state == State::before_start && hurts_writes) continue;
             const double count_m = 0.4 / (flavour == PidFlavour::mask ? 65'534 : 4095);
             for (std::int64_t tick = 0; tick < 500; ++tick) {
@@ -188,7 +188,7 @@ TEST_CASE("PID: whatever report fault in whatever state of the driver the force 
               const DeviceSample sample = bench.driver->read(bench.clock.now());
               if (tick >= start && tick < stop) bench.driver->write(force);
               if (sample.fresh && tick > 100) REQUIRE(std::abs(sample.position_m.x - tick * 1e-4) <= count_m);
-              // Never more than was ever told, and as told once the fault is over.
+              // The device never renders more than it was told, and exactly that when the fault is over.
               const glm::dvec3 rendered = bench.device.force_N();
               REQUIRE((rendered.x <= force.x + 3e-4 && rendered.x >= 0));
               const bool over = tick < 50 || tick > 350;
@@ -254,13 +254,13 @@ TEST_CASE("PID: unplugged at any tick in any state it is an error that names the
           for (; tick < 40; ++tick) {
             bench.clock.wait_until(RealTime{tick * kMs});
             if (tick == 10) bench.driver->start();
-            if (tick != 20) bench.driver->read(bench.clock.now());  // at tick 20 the write is the first to see it
+            if (tick != 20) bench.driver->read(bench.clock.now());  // at tick 20 the write is the first call that notices
             if (tick >= 10) bench.driver->write({1, 0, 0});
           }
           FAIL("nobody noticed");
         } catch (const DeviceError& error) {
           CHECK_THAT(error.what(), Catch::Contains("simulated: device 'evenstep PID device' is gone"));
-          // A tick that writes nothing new sees it with its next read.
+          // A tick that writes nothing new notices with the next read.
           CHECK((tick == unplug || (unplug == 20 && tick == 21)));
         }
         bench.driver->stop();
@@ -289,9 +289,10 @@ TEST_CASE("PID: whichever request of start fails nothing is left on the device")
             failed = true;
           }
           const int made = transport.calls;
-          if (!failed && made <= call) break;  // past the last request of start
+          if (!failed && made <= call) break;  // `call` is after the last request of start()
           REQUIRE(failed);
-          // One request ended so, the ones of stop after it did not; rejected for good the device cannot be stopped either.
+          // With `gone`, one request failed and those of stop() after it did not. With requests that are rejected for good,
+          // the device cannot be stopped either.
           if (how == HidWrite::gone) REQUIRE((device.playing() == 0 && device.allocated() == 0));
           REQUIRE_THROWS_AS(driver.write({0, 0, 0}), DeviceError);
           REQUIRE(call < 100);

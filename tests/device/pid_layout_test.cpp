@@ -24,7 +24,7 @@ PidLayout layout_of(const PidDescriptorOptions& options) {
   return *found;
 }
 
-/// First bit from the report's first byte, bits, logical range.
+/// The first bit, counted from the report's first byte; the number of bits; the logical range.
 using Place = std::array<std::int64_t, 4>;
 Place place(const PidValue& value) {
   const FieldLayout& field = value.field;
@@ -107,7 +107,7 @@ TEST_CASE("the mask flavour's values lie where they are documented") {
   CHECK(place(*condition.positive_saturation) == Place{72, 16, 0, 32767});
   CHECK(place(*condition.negative_saturation) == Place{88, 16, 0, 32767});
   CHECK(place(*condition.dead_band) == Place{104, 16, 0, 32767});
-  // A bit for each command; declared 1 to 6 like the array they come from.
+  // There is a bit for each command. The range is declared as 1 to 6, like that of the array from which the bits are made.
   const PidDeviceControl& control = *pid.device_control;
   CHECK(control.report.id == 0x18);
   CHECK(place(*control.enable_actuators) == std::pair(Place{8, 1, 1, 6}, std::int64_t{1}));
@@ -133,15 +133,15 @@ TEST_CASE("the array flavour differs where it is documented to") {
   CHECK(place(*effect.gain) == Place{72, 8, 0, 255});
   CHECK(place(*effect.axis_enable[1]) == Place{89, 1, 0, 1});
   CHECK(place(effect.directions[0]) == Place{96, 8, 0, 255});
-  CHECK(seconds_per_count(effect.duration->field) == 0.001);  // -3 in a byte
-  // Left over from the block index: nothing here may use it.
+  CHECK(seconds_per_count(effect.duration->field) == 0.001);  // the exponent -3 is in a byte
+  // This range is left over from the block index. Nothing may use it here.
   CHECK((effect.axis_enable[0]->field.physical_minimum == 1 && effect.axis_enable[0]->field.physical_maximum == 40));
   CHECK(place(pid.set_constant.magnitude) == Place{16, 16, -10'000, 10'000});
   const PidDeviceControl& control = *pid.device_control;
   CHECK(place(*control.enable_actuators) == std::pair(Place{8, 8, 1, 6}, std::int64_t{1}));
   CHECK(place(*control.disable_actuators) == std::pair(Place{8, 8, 1, 6}, std::int64_t{2}));
   CHECK(place(*control.resume) == std::pair(Place{8, 8, 1, 6}, std::int64_t{6}));
-  // The ids of output reports 1 to 3, but other reports.
+  // These reports have the same ids as output reports 1 to 3, but are others.
   CHECK((pid.create_effect->report.id == 1 && pid.block_load->report.id == 2 && pid.pool->report.id == 3));
   CHECK((pid.create_effect->report.size == 4 && pid.block_load->report.size == 5));
   CHECK(place(*pid.state->block) == Place{16, 8, 0, 40});
@@ -150,7 +150,7 @@ TEST_CASE("the array flavour differs where it is documented to") {
 TEST_CASE("a duration is in its unit of time or in milliseconds where it has none") {
   FieldLayout duration;
   CHECK(seconds_per_count(duration) == 0.001);
-  duration.unit_exponent = -6;  // of nothing
+  duration.unit_exponent = -6;  // an exponent without a unit
   CHECK(seconds_per_count(duration) == 0.001);
   for (const std::uint32_t unit : {0x1001u, 0x1003u}) {
     duration.unit = unit;

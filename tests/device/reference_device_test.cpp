@@ -22,7 +22,8 @@ struct Field {
   friend bool operator==(const Field&, const Field&) = default;
 };
 
-/// Just enough of HID 1.11 section 6.2.2 to add up the reports: short items, globals kept, usages cleared by a main item.
+/// Just enough of HID 1.11 section 6.2.2 to add up the reports: it reads short items, keeps globals, and lets a main item
+/// clear the usages.
 std::vector<Field> fields_of(std::span<const std::byte> bytes) {
   std::vector<Field> fields;
   Field now{};
@@ -48,7 +49,7 @@ std::vector<Field> fields_of(std::span<const std::byte> bytes) {
         break;
       case 0x24:
         now.maximum = now.minimum < 0 ? signed_data : data;
-        break;  // as Linux reads it: unsigned from 0 up
+        break;  // Linux reads it as unsigned if the minimum is not negative
       case 0x54:
         now.exponent = data < 8 ? data : data - 16;
         break;

@@ -16,7 +16,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// Plays back what it was told, then has nothing (or repeats its last entry for ever).
+/// Plays back its script. After that it has nothing, or repeats the last entry for ever.
 class ScriptedTransport final : public HidTransport {
  public:
   void say(HidRead::Status status, Bytes bytes = {}) { script_.push_back({status, std::move(bytes)}); }
@@ -260,21 +260,21 @@ TEST_CASE("with a clock a sample says when it was taken, and a stale one says wh
   };
   const auto read_ms = [&](double ms) { return driver.read(RealTime{static_cast<std::int64_t>(ms * 1e6)}); };
   const DeviceSample before = read_ms(0);
-  CHECK((!before.fresh && before.taken_at < RealTime{-1'000'000'000}));  // so no report is older
+  CHECK((!before.fresh && before.taken_at < RealTime{-1'000'000'000}));  // older than any report can be
   report(1, 0xFFFFFFFF - 999);
   CHECK(read_ms(10).taken_at == RealTime{10'000'000});
-  report(2, 0);  // wrapped around after 1 ms, and read 0.7 ms late
+  report(2, 0);  // the clock has wrapped around after 1 ms, and the report is read 0.7 ms late
   CHECK(read_ms(11.7).taken_at == RealTime{11'000'000});
   const DeviceSample stale = read_ms(12);
   CHECK((!stale.fresh && stale.read_at == RealTime{12'000'000} && stale.taken_at == RealTime{11'000'000}));
   report(4, 2'000);
-  report(3, 1'000);  // came late: the newer one counts
+  report(3, 1'000);  // this one came late, so the newer one counts
   CHECK(read_ms(13.5).taken_at == RealTime{13'000'000});
   REQUIRE(driver.ages());
   CHECK((driver.ages()->ages.count() == 3 && driver.ages()->ages.largest() == Duration{700'000}));
   CHECK((driver.ages()->restarts == 0 && driver.ages()->capped == 0 && !driver.ages()->clock_rate_error));
 
-  report(1000, 5);  // a device that was reset keeps counting its reports, or not: both begin anew
+  report(1000, 5);  // a device that was reset goes on counting its reports, or does not: times begin again with both
   CHECK(read_ms(20).taken_at == RealTime{20'000'000});
   report(1, 7);
   CHECK(read_ms(30).taken_at == RealTime{30'000'000});

@@ -17,10 +17,10 @@ using namespace evenstep::test;
 
 namespace {
 
-constexpr Duration kFresh{-kMs};  // there is a record to come
+constexpr Duration kFresh{-kMs};  // not past the newest record
 constexpr double kPi = 3.14159265358979323846;
 
-/// Positive definite: three springs along any directions.
+/// Three springs along any directions, so the matrix is positive definite.
 Symmetric random_stiffness(Random& random, double size) {
   Symmetric k;
   for (int spring = 0; spring < 3; ++spring) {
@@ -37,13 +37,13 @@ Symmetric along(const glm::dvec3& n, double stiffness) {
           stiffness * n.x * n.y, stiffness * n.x * n.z, stiffness * n.y * n.z};
 }
 
-/// What a step against the wall n . x = `at` with the tool at `tool_m` leaves.
+/// The record that a step against the wall n . x = `at` leaves, with the tool at `tool_m`.
 ContactRecord wall_record(const glm::dvec3& n, double at, double stiffness, const glm::dvec3& tool_m) {
   const double gap_m = dot(n, tool_m) - at;
   return {n * (stiffness * std::max(0.0, -gap_m)), tool_m, along(n, stiffness), n, gap_m, true, {}};
 }
 
-/// What a step on the spring f = -K x leaves.
+/// The record that a step on the spring f = -K x leaves.
 ContactRecord spring_record(const Symmetric& k, const glm::dvec3& tool_m) {
   return {k * -tool_m, tool_m, k, {}, 0, false, {}};
 }
@@ -92,7 +92,8 @@ TEST_CASE("local without gaps feels nothing until a record has touched, and then
   const AffineContact touched = affine_contact(wall_record(n, 0, 300, {0, 0, -1e-3}), false);
   CHECK(local.force_N(apart, kFresh, inside) == glm::dvec3(0));
   CHECK(local.force_N(touched, kFresh, inside).z == Approx(0.9).epsilon(1e-14));
-  // The jump that the gap is for: the whole force comes in within the slot in which the touch is reported.
+  // This is the jump that the gap prevents: without a gap, the whole force comes within the slot in which the touch is
+  // reported.
   CHECK(local.force_N(lerp(apart, touched, 0.5), kFresh, inside).z == Approx(0.5 * 0.3 + 0.5 * 300 * 3e-3).epsilon(1e-12));
 }
 
@@ -135,15 +136,16 @@ TEST_CASE("along the normal alone: the stiffness to the side is 0, that along th
     const ContactRecord part = with_part(record, StiffnessPart::normal);
     const double along_N_per_m = dot(n, record.stiffness_N_per_m * n);
     const double rounding = 64 * kEpsilon * (1 + along_N_per_m);
-    // Any way to the side meets nothing, and answers nothing along the normal; a way along it meets what it met.
+    // A way to the side meets no stiffness and gives no force along the normal. A way along the normal meets the same
+    // stiffness as before.
     const glm::dvec3 way = random.vector(1);
     const glm::dvec3 aside = way - n * dot(n, way);
     REQUIRE(length(part.stiffness_N_per_m * aside) <= rounding);
     REQUIRE(length(part.stiffness_N_per_m * n - n * along_N_per_m) <= rounding);
-    // The force is played whole, and the rest of the record is the same.
+    // The whole force is played, and the rest of the record is the same.
     REQUIRE(part.force_N == record.force_N);
     REQUIRE(part.gap_m == record.gap_m);
-    // In the law that a tick plays: to the side the force does not change at all.
+    // In the law that a tick plays, the force does not change at all with a way to the side.
     const LocalRenderer local(1);
     record.gap_m = -1e-3;
     record.force_N = n * (along_N_per_m * 1e-3);
@@ -203,8 +205,8 @@ TEST_CASE("a record is held for 100 ms, then force and stiffness fade together t
 }
 
 TEST_CASE("the damping that a delayed spring renders follows b_eq within the next order of the delay") {
-  // x = A cos(w t); in every tick the spring answers for where the hand was L ago, corrected by alpha K (x_c - x). The work
-  // of one turn, -sum F dx, is pi A^2 w b_eq.
+  // x = A cos(w t). In every tick the spring answers for where the hand was a time L ago, and its force is corrected by
+  // alpha K (x_c - x). The work of one turn, -sum F dx, is pi A^2 w b_eq.
   const double amplitude = 5e-3, stiffness = 300, h = 1e-3;
   for (const double frequency : {1.0, 3.0, 5.0}) {
     for (const double latency : {0.005, 0.015064, 0.0233}) {
@@ -215,7 +217,7 @@ TEST_CASE("the damping that a delayed spring renders follows b_eq within the nex
           const LocalRenderer local(alpha);
           double work = 0;
           const int ticks = static_cast<int>(1000 / frequency);
-          const double period = static_cast<double>(ticks) * h * frequency;  // of a turn: 1, or 0.999
+          const double period = static_cast<double>(ticks) * h * frequency;  // the share of a turn: 1 or 0.999
           for (int k = 0; k < ticks; ++k) {
             const double t = k * h;
             ContactRecord record = spring_record({stiffness, stiffness, stiffness, 0, 0, 0}, {x(t - latency), 0, 0});
@@ -256,13 +258,13 @@ TEST_CASE("local plays a ramp and its dead stop exactly, where the scheduled for
 
 namespace {
 
-/// A mode of static stiffness K and frequency f: contact and ground spring 2 K.
+/// A mode of static stiffness K and frequency f. Its contact spring and its ground spring both have 2 K.
 SpringMode mode_of(double stiffness, double frequency, double ratio) {
   const double w = 2 * kPi * frequency, mass = 4 * stiffness / (w * w);
   return {2 * stiffness, 2 * stiffness, mass, 2 * ratio * mass * w};
 }
 
-/// G of a hand that starts at rest, by Runge-Kutta of order 4 with steps of 5 us, in long double; every `stride` steps.
+/// G for a hand that starts at rest, by Runge-Kutta of order 4 with steps of 5 us, in long double, every `stride` steps.
 std::vector<double> reference(const SpringMode& mode, const std::function<double(double)>& x, double until) {
   const double h = 5e-6;
   long double q = x(0) * mode.contact_N_per_m / (mode.contact_N_per_m + mode.ground_N_per_m), v = 0;
@@ -305,8 +307,9 @@ TEST_CASE("smith: with the tissue's own mode the force is that of no delay") {
         uncorrected = std::max(uncorrected, std::abs(record.force_N.x - truth[static_cast<std::size_t>(k)]));
       }
       INFO(frequency << " Hz, " << late << " ms");
-      // Of 3 N. The hand's way in a straight line from tick to tick is off by up to h^2 x'' / 8 = 0.1 um, which the contact
-      // spring makes 60 uN, now and at the record's time; the damping is half a step early.
+      // The error is one of 3 N. From tick to tick the hand is taken to move in a straight line, which is off by up to
+      // h^2 x'' / 8 = 0.1 um. The contact spring makes 60 uN of that, both now and at the record's time. The damping is half
+      // a step early.
       CHECK(error <= 2e-4);
       CHECK(uncorrected >= 0.09);  // 300 N/m, 63 mm/s and 5 ms at least
     }
@@ -318,10 +321,10 @@ TEST_CASE("smith: a hand at rest is given the scheduled force, and a pause begin
   const glm::dvec3 hand{0.01, -0.02, 0.03};
   const AffineContact record{{1, 2, 3}, {}, {}, {}, RealTime{0}};
   for (int k = 0; k < 300; ++k) {
-    // From the middle of rest to rest: rounding of 600 N/m times 30 mm.
+    // The hand is at rest from the start, so only 600 N/m times 30 mm are rounded.
     REQUIRE(length(smith.force_N(record, kFresh, RealTime{k * kMs}, hand) - glm::dvec3(1, 2, 3)) <= 1e-11);
   }
-  // 101 ms on: at rest under the new place, whatever happened before.
+  // 101 ms later the mode is at rest at the new place, whatever happened before.
   const AffineContact later{{1, 2, 3}, {}, {}, {}, RealTime{400 * kMs}};
   REQUIRE(length(smith.force_N(later, kFresh, RealTime{401 * kMs}, {0, 0, 0}) - glm::dvec3(1, 2, 3)) <= 1e-11);
 }

@@ -23,7 +23,7 @@ ReportDescriptor parsed(const Bytes& bytes) {
   return *std::move(result);
 }
 
-/// With a usage page, in an application collection.
+/// Parses these items with a usage page before them, in an application collection.
 ReportDescriptor parsed_items(std::initializer_list<int> items) {
   Bytes bytes = bytes_of({0x05, 0x01, 0x09, 0x04, 0xA1, 0x01});
   for (const std::byte byte : bytes_of(items)) bytes.push_back(byte);
@@ -31,7 +31,7 @@ ReportDescriptor parsed_items(std::initializer_list<int> items) {
   return parsed(bytes);
 }
 
-/// One for each element, and what an array has more.
+/// The usages: one for each element, and those that an array has beyond its elements.
 std::vector<std::uint32_t> usages_of(const HidField& field) {
   std::vector<std::uint32_t> usages;
   for (std::uint32_t i = 0; i < std::max(field.count, field.usages.size()); ++i) usages.push_back(field.usages[i]);
@@ -161,7 +161,7 @@ TEST_CASE("one short of each limit is accepted") {
   CHECK(longest.report(ReportType::input, 0)->bits == 131'064);
   const ReportDescriptor usages = parsed(bytes_of({0x75, 1, 0x95, 1, 0x19, 0, 0x2A, 0xFF, 0x2F, 0x81, 0}));
   CHECK(usages.fields.front().usages.size() == 12'288);
-  // Nested as deep as the bytes allow: the kernel's stack grows.
+  // Collections nested as deep as the bytes allow. (The kernel's stack grows.)
   const ReportDescriptor deep = parsed(repeated({0xA0}, 2048) + repeated({0xC0}, 2048));
   CHECK((deep.collections.size() == 2048 && deep.collections.back().parent == 2046));
 }
@@ -197,7 +197,7 @@ TEST_CASE("the last usage belongs to all further elements and usages beyond the 
   const ReportDescriptor many =
       parsed_items({0x75, 8, 0x95, 1, 0x19, 0x30, 0x29, 0x33, 0x81, 0, 0x19, 0x40, 0x29, 0x43, 0x81, 2});
   CHECK(usages_of(many.fields[0]) == std::vector<std::uint32_t>{0x10030, 0x10031, 0x10032, 0x10033});
-  CHECK(many.find(ReportType::input, 0, 0x10033)->field == &many.fields[0]);  // an array selects it
+  CHECK(many.find(ReportType::input, 0, 0x10033)->field == &many.fields[0]);  // an array may select it
   CHECK(many.find(ReportType::input, 0, 0x10040)->field == &many.fields[1]);
   CHECK_FALSE(many.find(ReportType::input, 0, 0x10041));  // a variable has one element, for its first usage
 }
@@ -205,7 +205,8 @@ TEST_CASE("the last usage belongs to all further elements and usages beyond the 
 TEST_CASE("short usages take the page in force at their main item and long ones keep their own") {
   const ReportDescriptor descriptor = parsed_items(
       {0x75, 8, 0x95, 4, 0x09, 0x30, 0x0A, 0x31, 0x00, 0x0B, 0x22, 0, 0x0F, 0, 0x05, 0x02, 0x09, 0x32, 0x81, 2});
-  // Looked at from the last, a usage that has the page already ends the search: the ones before it keep page 1, as in Linux.
+  // As Linux does, usages get the page from the last one backwards, until one is found that has that page already. The
+  // usages before it keep page 1.
   CHECK(usages_of(descriptor.fields.front()) == std::vector<std::uint32_t>{0x10030, 0x10031, 0xF0022, 0x20032});
   const ReportDescriptor late =
       parsed_items({0x75, 8, 0x95, 3, 0x09, 0x30, 0x0B, 0x22, 0, 0x0F, 0, 0x09, 0x32, 0x05, 0x02, 0x81, 2});
@@ -227,9 +228,10 @@ TEST_CASE("a usage range gives what its usages one by one would up to the ends o
     return usages_of(
         parsed(bytes_of({0x05, 0x09, 0x75, 1, 0x95, 1}) + bytes_of(items) + bytes_of({0x81, 0})).fields.front());
   };
-  // With four bytes a range goes on over the end of its page.
+  // With four bytes a range continues beyond the end of its page.
   CHECK(usages({0x1B, 0xFF, 0xFF, 0, 0, 0x2B, 0, 0, 1, 0}) == std::vector<std::uint32_t>{0xFFFF, 0x10000});
-  // A maximum of two bytes below a minimum of four: as many as fit, from the minimum's lower half on, all of page 9.
+  // The maximum has two bytes and is below the minimum, which has four. The result is as many usages as fit, from the lower
+  // half of the minimum on, all of page 9.
   const auto cut = usages({0x1B, 0xFE, 0xFF, 1, 0, 0x2A, 1, 0});
   REQUIRE(cut.size() == 12'288);
   for (std::uint32_t i = 0; i < cut.size(); ++i) REQUIRE(cut[i] == (0x90000 | ((0xFFFE + i) & 0xFFFF)));
@@ -247,7 +249,7 @@ TEST_CASE("padding takes its bits and is no field and so is a 257th field of a r
 TEST_CASE("reserved items and unknown main and local ones and alternative usages are skipped") {
   const ReportDescriptor descriptor = parsed_items({0x0D, 9, 0x71, 3, 0x39, 4,    0x75, 8, 0x95, 2, 0xA9, 1, 0x09, 0x30,
                                                     0xA9, 0, 0xA9, 1, 0x09, 0x31, 0x19, 1, 0x29, 9, 0xA9, 0, 0x81, 2});
-  // The unknown main item at the front ended no collection; the second set of usages does not count.
+  // The unknown main item at the front did not end a collection. The second set of usages does not count.
   CHECK(usages_of(descriptor.fields.front()) == std::vector<std::uint32_t>{0x10030, 0x10030});
 }
 
@@ -279,7 +281,7 @@ TEST_CASE("a field knows the collections around it") {
 
 namespace {
 
-/// A random valid descriptor, and what it says.
+/// A random valid descriptor, and what parsing it must give.
 class Generator {
  public:
   explicit Generator(std::uint64_t seed) : random_(seed) {}
@@ -340,7 +342,7 @@ class Generator {
     }
   }
 
-  /// Globals changed within Push and Pop are as they were.
+  /// Globals that change between Push and Pop are as before afterwards.
   void pushed_field() {
     const auto kept = layout_;
     const std::uint32_t page_kept = page_;
@@ -355,7 +357,7 @@ class Generator {
     minimum = below(2) ? 0 : -static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(largest));
     maximum = minimum + static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(largest));
     add(bytes, minimum_tag, minimum, size_from(signed_size(minimum)));
-    // From 0 up a maximum is unsigned; below, it needs the room of a signed number.
+    // If the minimum is not negative, the maximum is unsigned. Otherwise it needs the room of a signed number.
     add(bytes, maximum_tag, maximum, size_from(minimum < 0 ? signed_size(maximum) : unsigned_size(maximum)));
   }
 
@@ -467,7 +469,7 @@ TEST_CASE("a valid descriptor cut off anywhere after its first items is refused 
     generator.build();
     for (std::size_t size = 0; size < generator.bytes.size(); ++size) {
       const auto result = parse_report_descriptor(std::span(generator.bytes).first(size));
-      // The outermost collection closes with the last byte; before it there is nothing to say.
+      // The outermost collection is closed by the last byte. Only a prefix that ends before that collection is valid.
       if (result) REQUIRE((result->collections.empty() && size <= 10));
       if (!result) REQUIRE(result.error().offset <= size);
     }
@@ -476,7 +478,7 @@ TEST_CASE("a valid descriptor cut off anywhere after its first items is refused 
 
 TEST_CASE("a million random byte strings are parsed or refused and no value of what was parsed traps") {
   std::mt19937_64 random(3);
-  // Items that fit together come up too seldom in plain noise; half of the bytes are prefixes in use.
+  // In plain noise, items that fit together are too rare. So half of the bytes are prefixes that exist.
   const Bytes prefixes =
       bytes_of({0x05, 0x06, 0x09, 0x0A, 0x0B, 0x15, 0x16, 0x17, 0x19, 0x1A, 0x25, 0x26, 0x27, 0x29, 0x2A, 0x35,
                 0x45, 0x55, 0x65, 0x75, 0x81, 0x85, 0x91, 0x95, 0xA1, 0xA4, 0xA9, 0xB1, 0xB4, 0xC0, 0xC0, 0xC0});

@@ -25,7 +25,7 @@ FieldLayout field_of(std::uint32_t bits, std::uint32_t bit_offset, std::int64_t 
   return field;
 }
 
-/// The full range of `bits` bits.
+/// A field with the full range of `bits` bits.
 FieldLayout full_field(std::uint32_t bits, std::uint32_t bit_offset, bool is_signed, std::uint32_t count = 1) {
   const std::int64_t range = std::int64_t{1} << bits;
   return is_signed ? field_of(bits, bit_offset, -range / 2, range / 2 - 1, count)
@@ -38,7 +38,7 @@ bool bit(const Report& report, std::size_t index) {
   return (std::to_integer<unsigned>(report[index / 8]) >> (index % 8) & 1) != 0;
 }
 
-/// One bit after the other.
+/// Reads one bit after the other.
 std::int64_t oracle(const Report& report, std::size_t first, std::uint32_t bits, bool is_signed) {
   std::int64_t value = 0;
   for (std::uint32_t i = 0; i < bits; ++i) value += bit(report, first + i) ? std::int64_t{1} << i : 0;
@@ -51,7 +51,7 @@ Report noise(std::mt19937_64& random) {
   return report;
 }
 
-/// Sets, reads back, and looks that no other bit moved.
+/// Sets a value, reads it back, and checks that no other bit has changed.
 void require_round_trip(Report report, const FieldLayout& field, std::uint32_t index, std::int64_t value) {
   const Report before = report;
   const std::size_t first = 8 + field.bit_offset + index * field.bits;
@@ -111,7 +111,7 @@ TEST_CASE("what a field cannot hold is refused and leaves the report as it was: 
       REQUIRE(nearest(field, value) == std::clamp<std::int64_t>(value, 3, bits == 2 ? 3 : 6));
     }
   }
-  // 4 to 6 needs three bits: two can hold none of it.
+  // 4 to 6 needs three bits. Two bits can hold none of these values.
   CHECK_FALSE(nearest(field_of(2, 0, 4, 6), 5));
   CHECK_FALSE(nearest(field_of(0, 0, 0, 0), 0));
 }
@@ -201,7 +201,7 @@ TEST_CASE("logical and physical values turn into one another for every exponent 
 
 TEST_CASE("without a physical range the logical one counts: nanometres of the reference device") {
   FieldLayout field = field_of(32, 0, -kTwo31, kTwo31 - 1);
-  field.unit_exponent = -7;  // of a centimetre
+  field.unit_exponent = -7;  // 1e-7 centimetres
   for (const std::int64_t nm : {-kTwo31, std::int64_t{-1}, std::int64_t{0}, std::int64_t{123'456'789}, kTwo31 - 1}) {
     CHECK(to_physical(field, nm) == static_cast<double>(nm) / 1e7);
     CHECK(to_logical(field, static_cast<double>(nm) / 1e7) == nm);

@@ -28,7 +28,7 @@ constexpr double kWanted_N = 2, kVelocity_m_per_s = 0.02;
 
 enum class DeviceKind { reference, evdev, inverse3 };
 
-/// A device that goes and comes, its driver, and a guard over it; a force of 2 N is wanted throughout.
+/// A device that goes and comes back, its driver, and a guard over it. A force of 2 N is wanted all the time.
 struct ReturnBench {
   ReturnBench(DeviceKind kind, std::int64_t unplug_tick, std::int64_t return_tick, const CutLimits& cut)
       : guard(limits(cut)) {
@@ -101,7 +101,7 @@ TEST_CASE("a returning device is not pushed while it is away and then by a force
     const std::int64_t unplug = between(random, 400, 700), returns = unplug + between(random, 1, 900);
     CutLimits cut;
     cut.ramp_up = Duration{between(random, 20, 300) * kMs};
-    cut.ramp_down = Duration{between(random, 0, 3) * between(random, 0, 1000) * kMs};  // longer than it is away, too
+    cut.ramp_down = Duration{between(random, 0, 3) * between(random, 0, 1000) * kMs};  // may exceed the absence
     if (random() % 2) cut.stale_hand = Duration{between(random, 5, 400) * kMs};
     INFO("round " << round << ", unplugged at " << unplug << " ms, returns at " << returns << " ms, ramp_up "
                   << cut.ramp_up.ns / kMs << " ms, ramp_down " << cut.ramp_down.ns / kMs << " ms");
@@ -163,7 +163,7 @@ TEST_CASE("simulated evdev: a device that was plugged in centers by itself until
     }
     return device.motors();
   };
-  CHECK(tick_until(1249).largest_N < 1e-3);  // one count of a level, at every other refresh
+  CHECK(tick_until(1249).largest_N < 1e-3);  // a count of the level, at every second refresh
   CHECK(tick_until(1250).largest_N == Approx(10 * 25.0 / 200).margin(1e-6));
   CHECK(device.motors().force_N == glm::dvec3(0));
 }
@@ -185,7 +185,7 @@ TEST_CASE("a hand feels nothing from the device that it holds from the moment th
     driver.write({1, 0, 0});
   }
   REQUIRE(sample.fresh);
-  // Pushed from 1 ms to 100 ms; then it goes on with the speed that it has got.
+  // The hand is pushed from 1 ms to 100 ms. Then it goes on at the speed that it has reached.
   const double pushed_s = 0.099, speed_m_per_s = 1 / spec.mass_kg * pushed_s;
   CHECK(sample.position_m.x == Approx(speed_m_per_s * (pushed_s / 2 + 0.5)).margin(1e-4));
 }

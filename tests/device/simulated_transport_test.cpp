@@ -29,7 +29,7 @@ struct TransportBench {
   ReferenceDriver driver{transport};
 };
 
-/// All that is queued now, by sequence number.
+/// The sequence numbers of all reports that are queued now.
 std::vector<std::uint32_t> drain(SimulatedTransport& transport) {
   std::vector<std::uint32_t> sequences;
   std::array<std::byte, 64> buffer;
@@ -104,7 +104,7 @@ TEST_CASE("after a stall the hand is 37 ms old under hidraw and fresh under libu
   CHECK(hidraw.read_at(100 * kMs).position_m.x == 63 * 100'000 / 1e9);
   CHECK(libusb.read_at(100 * kMs).position_m.x == 100 * 100'000 / 1e9);
   CHECK((hidraw.driver.counters().lost == 0 && libusb.driver.counters().lost == 68));
-  // hidraw's gap lies behind what was queued: it shows with the next report.
+  // With hidraw the gap lies behind the queued reports, so it shows with the next report.
   CHECK(hidraw.read_at(101 * kMs).position_m.x == 101 * 100'000 / 1e9);
   CHECK(hidraw.driver.counters().lost == 37);
 }
@@ -153,7 +153,7 @@ TEST_CASE("pauses and partial reads give what a queue filled report by report wo
 }
 
 TEST_CASE("a stall of thirty years costs one queue of work") {
-  // 1e12 reports: a loop over them would not come back before the test's time-out.
+  // A loop over these 1e12 reports would not return before the test's time-out.
   const std::int64_t ticks = 1'000'000'000'000;
   TransportBench hidraw({{1000, 1}, RealTime{kMs}, QueuePolicy::hidraw});
   TransportBench libusb({{1000, 1}, RealTime{kMs}, QueuePolicy::libusb});
@@ -210,7 +210,7 @@ TEST_CASE("a short buffer takes the head of a report and learns its whole size")
 TEST_CASE("device time is the tick's time in whole microseconds, floored, modulo 2^32") {
   const Rate rate{3, 1};
   std::array<std::byte, 21> buffer;
-  // 2^32 us is tick 12,884.9: the sweep passes it.
+  // 2^32 us are reached at tick 12,884.9, within this sweep.
   for (std::int64_t tick = 12'800; tick < 13'000; ++tick) {
     TransportBench bench({rate, RealTime{}, QueuePolicy::libusb});
     bench.clock.wait_until(tick_time(rate, tick));

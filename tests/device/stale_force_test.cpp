@@ -1,4 +1,4 @@
-// How long a force stays on the motors that nobody wants any more, whatever becomes of the reports that should change it.
+// How long the motors keep a force that nobody wants any more, whatever happens to the reports that should change it.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -14,9 +14,9 @@ using Kind = ReportFault::Kind;
 
 namespace {
 
-constexpr std::int64_t kChange = 600;  // ms; the force rises or is released then
+constexpr std::int64_t kChange = 600;  // the time in ms at which the force rises or is released
 
-/// A device of any kind under its driver, both made by `make`.
+/// A device of any kind and its driver, both made by `make`.
 struct StaleForceBench {
   VirtualClock clock;
   std::unique_ptr<SimulatedDevice> device;
@@ -37,7 +37,7 @@ void drive(StaleForceBench& bench, const PidOptions& options) {
   bench.driver->start();
 }
 
-/// Every simulated device there is.
+/// A bench for every kind of simulated device.
 std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> benches(const std::vector<ReportFault>& faults,
                                                                               std::optional<Duration> effect_duration) {
   std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> all;
@@ -70,7 +70,7 @@ std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> benches(co
   return all;
 }
 
-/// Ticks after the change until the motors do what is wanted; the force does not change again.
+/// The number of ticks after the change until the motors do what is wanted and stay so.
 std::int64_t ticks_until_right(StaleForceBench& bench, double before_N, double after_N, std::int64_t ticks = 1000) {
   std::int64_t right = -1;
   for (std::int64_t k = 0; k < kChange + ticks; ++k) {
@@ -97,7 +97,7 @@ TEST_CASE(
           for (auto& [name, bench] : benches({{kind, kChange, refused}}, duration)) {
             INFO(name << " kind " << static_cast<int>(kind) << " refused " << refused << " release " << release);
             const std::int64_t ticks = ticks_until_right(*bench, release ? 3 : 0, release ? 0 : 3);
-            // A tick sends one report at least: the force. What was refused later is known in the next tick.
+            // Each tick sends at least one report, the force. If a later report was refused, the next tick knows it.
             CHECK((ticks >= 0 && ticks <= refused));
             CHECK(bench->driver->counters().write_failures == refused);
           }

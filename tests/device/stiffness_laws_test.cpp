@@ -8,7 +8,7 @@ using namespace evenstep;
 
 namespace {
 
-/// 30 Hz, 11.1 ms of visualization, 15 steps, 1 kHz device: L = 15.064 ms, linear.
+/// 30 Hz, 11.1 ms of visualization, 15 steps and a 1 kHz device: L = 15.064 ms with linear emission.
 LoopDelays reference(double device_s = 0) { return {0.0155644, 1e-3, device_s}; }
 
 }  // namespace
@@ -42,7 +42,8 @@ TEST_CASE("the laws at the reference timing") {
   CHECK(overshoot_limit_N_per_m(1.1, reference(), 0.2) == Approx(3735).margin(1));
   CHECK(automatic_alpha(reference(), std::nullopt) == Approx(1.1032).margin(1e-4));
   CHECK(automatic_alpha(reference(), Plant{0.2, 1}) == automatic_alpha(reference(), std::nullopt));
-  // Measured: at 2 N s/m alpha 1.1 bears 5452 N/m and alpha 1 3998, at 5 N s/m 7766 and 10,004.
+  // Measured: at 2 N s/m the loop is stable up to 5452 N/m with alpha 1.1 and up to 3998 N/m with alpha 1; at 5 N s/m up to
+  // 7766 and 10,004 N/m.
   CHECK(automatic_alpha(reference(), Plant{0.2, 2}) == automatic_alpha(reference(), std::nullopt));
   CHECK(automatic_alpha(reference(), Plant{0.2, 5}) == 1);
 }
@@ -55,7 +56,7 @@ TEST_CASE("the largest stiffness is where the rendered damping takes away all of
       CHECK(rendered_damping(limit, alpha, reference(d)) == Approx(-plant.damping_N_s_per_m).epsilon(1e-12));
     }
   }
-  // Above alpha* the overshoot limits; damping does not.
+  // Above alpha* the overshoot sets the limit, not the damping.
   CHECK(std::isinf(damping_limit_N_per_m(1.1, reference(), 1)));
   CHECK(largest_stiffness_N_per_m(1.1, reference(), plant) == overshoot_limit_N_per_m(1.1, reference(), 0.2));
 }
@@ -90,20 +91,20 @@ TEST_CASE("without a latency there is no alpha* and nothing to round up") {
   const LoopDelays none{0.5e-3, 1e-3, 0};
   CHECK_FALSE(alpha_star(none));
   CHECK(automatic_alpha(none, Plant{0.2, 1}) == 1);
-  // Half a tick of latency asks for alpha* = 2, and a thousandth for more than any renderer takes.
+  // With half a tick of latency alpha* would be 2, and with a millionth of a tick more than any renderer accepts.
   CHECK(automatic_alpha({1e-3, 1e-3, 0}, std::nullopt) == Approx(2.07));
   CHECK(automatic_alpha({0.5e-3 + 1e-9, 1e-3, 0}, std::nullopt) == 4);
 }
 
 TEST_CASE("an automatic alpha is 1 above 3 N s/m, where the damping carries 1.6 times what the overshoot does") {
-  // The damping where both are equal: 1.6 K_overshoot h / 2 at the reference timing and 0.2 kg. From what was measured at 2
-  // and 5 N s/m (above), on straight lines, the better of the two alphas changes at 3.2 N s/m.
+  // The damping at which both are equal is 1.6 K_overshoot h / 2, at the reference timing and 0.2 kg. Straight lines through
+  // what was measured at 2 and 5 N s/m (above) cross at 3.2 N s/m: there the better of the two alphas changes.
   const double alpha = automatic_alpha(reference(), std::nullopt);
   const double edge_N_s_per_m = 1.6 * overshoot_limit_N_per_m(alpha, reference(), 0.2) * 1e-3 / 2;
   CHECK(edge_N_s_per_m == Approx(2.97).margin(0.01));
   CHECK(automatic_alpha(reference(), Plant{0.2, 0.99 * edge_N_s_per_m}) == alpha);
   CHECK(automatic_alpha(reference(), Plant{0.2, 1.01 * edge_N_s_per_m}) == 1);
-  // Twice the mass overshoots at twice the stiffness.
+  // With twice the mass the overshoot limit is twice as stiff.
   CHECK(automatic_alpha(reference(), Plant{0.4, 1.98 * edge_N_s_per_m}) == alpha);
   CHECK(automatic_alpha(reference(), Plant{0.4, 2.02 * edge_N_s_per_m}) == 1);
 }

@@ -35,7 +35,7 @@ Symmetric matrix_of(const std::array<glm::dvec3, 3>& axes, const std::array<doub
   return k;
 }
 
-/// Apart, nearly equal, equal, zero, of either sign, over sixteen decades.
+/// Three values that are far apart, nearly equal, equal or zero, of either sign, over sixteen decades.
 std::array<double, 3> some_values(Random& random, int i) {
   const double size = std::pow(10, random.uniform(-8, 8));
   switch (i % 5) {
@@ -52,9 +52,9 @@ std::array<double, 3> some_values(Random& random, int i) {
   }
 }
 
-/// The eigenvalues in a way of their own, largest first: the roots of the characteristic polynomial by the cosine
-/// (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 4, 1961). Where two are nearly equal it keeps half the
-/// digits.
+/// The eigenvalues, largest first, computed in an independent way: as the roots of the characteristic polynomial by the
+/// cosine (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 4, 1961). Where two are nearly equal, half of the
+/// digits are lost.
 std::array<double, 3> values_by_cosine(const Symmetric& k) {
   const double mean = (k.xx + k.yy + k.zz) / 3;
   const double a = k.xx - mean, b = k.yy - mean, c = k.zz - mean;
@@ -136,7 +136,7 @@ TEST_CASE(
     REQUIRE(soft.stiffest_N_per_m == Approx(stiffest).epsilon(1e-12));
     for (std::size_t a = 0; a < 3; ++a) {
       const double expected = std::min(values[a], cap);
-      // Roundings of the values, and of a force of 10 N under a share that is as exact as the values are.
+      // Room for roundings of the values, and of a force of 10 N times a share that is as exact as the values are.
       REQUIRE(length(soft.record.stiffness_N_per_m * axes[a] - axes[a] * expected) <= 100 * kEpsilon * size);
       const double share = values[a] > cap ? cap / values[a] : 1;
       REQUIRE(dot(soft.record.force_N, axes[a]) == Approx(dot(record.force_N, axes[a]) * share).margin(1e-9));
@@ -197,7 +197,7 @@ TEST_CASE("the values and the cap are those of an independent solution of the ch
     std::array<double, 3> values = axes_of(k).values;
     std::sort(values.begin(), values.end(), std::greater<>());
     const std::array<double, 3> expected = values_by_cosine(k);
-    // The cosine loses half the digits where values meet.
+    // The cosine loses half of the digits where values meet.
     for (std::size_t a = 0; a < 3; ++a) REQUIRE(std::abs(values[a] - expected[a]) <= 4e-8 * size);
     const double cap = random.uniform(0.05, 0.95) * size;
     ContactRecord record;
@@ -226,8 +226,8 @@ TEST_CASE("a contact that is turned is softened to the turned result, with its f
     other.stiffness_N_per_m = turned(record.stiffness_N_per_m, to);
     other.coupling_N_per_m = glm::outerProduct(turned(row, to), turned(column, to));
     const ContactRecord soft = softened(record, cap).record, soft_other = softened(other, cap).record;
-    // An axis is as exact as its value is apart from the next, but S does not need it: equal values have equal shares. A few
-    // roundings of the largest, and of 10 N.
+    // An axis is less exact the closer its value is to the next one. That does not matter to S, as equal values have equal
+    // shares. Room for a few roundings of the largest value, and of 10 N.
     REQUIRE(most_apart(soft_other.stiffness_N_per_m, turned(soft.stiffness_N_per_m, to)) <= 200 * kEpsilon * size);
     REQUIRE(length(soft_other.force_N - turned(soft.force_N, to)) <= 1e-10);
     // C is softened like a force: S C.
@@ -240,8 +240,8 @@ TEST_CASE("a contact that is turned is softened to the turned result, with its f
 }
 
 TEST_CASE("over a closed path a held local force makes half the sum of d K d and no more, with and without a cap") {
-  // Between ticks the force is held, so of each way d it gives d K d / 2 too much; of a potential there is nothing else to
-  // gain, however the path runs. A matrix that is not symmetric would be a motor.
+  // Between ticks the force is held, so on each way d it gives d K d / 2 too much. Nothing else can be gained from a
+  // potential, however the path runs. A matrix that is not symmetric would act as a motor.
   Random random(7);
   for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
     const double size = std::pow(10, random.uniform(0, 4));
@@ -306,7 +306,7 @@ TEST_CASE("a surface under its cap makes no more over a closed path that leaves 
 TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 closed paths") {
   Random random(9);
   for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
-    // [K C; C' K'] = sum of (a, b)(a, b)': what springs between any two points of the tissue make.
+    // [K C; C' K'] = sum of (a, b)(a, b)', which is what springs between any two points of the tissue give.
     std::array<glm::dmat3, 2> k{glm::dmat3(0), glm::dmat3(0)};
     glm::dmat3 c(0);
     for (int spring = 0; spring < 5; ++spring) {
@@ -346,7 +346,7 @@ TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 
 
 namespace {
 
-/// [K C; C' K'] as both records of a pair have it.
+/// The two records of a pair whose joint stiffness is [K C; C' K'].
 std::array<ContactRecord, 2> pair_of(const Joint& m) {
   const auto block = [&](std::size_t r, std::size_t c) {
     glm::dmat3 k(0);
@@ -368,7 +368,7 @@ std::array<ContactRecord, 2> pair_of(const Joint& m) {
   return pair;
 }
 
-/// What both play: [K C; C' K'], each hand's rows from its own record.
+/// The stiffness [K C; C' K'] that both hands play together, with each hand's rows from its own record.
 Joint played_by(const std::array<ContactRecord, 2>& pair) {
   Joint m{};
   for (std::size_t hand = 0; hand < 2; ++hand) {
@@ -391,7 +391,7 @@ std::array<double, 6> times(const Joint& m, const std::array<double, 6>& v) {
   return out;
 }
 
-/// The largest eigenvalue of a positive semidefinite matrix in a way of its own: by iteration, from below.
+/// The largest eigenvalue of a positive semidefinite matrix, computed in an independent way: by iteration, from below.
 double largest_by_iteration(const Joint& m, Random& random) {
   std::array<double, 6> v{};
   for (double& x : v) x = random.uniform(0.5, 1);
@@ -440,13 +440,13 @@ TEST_CASE("two hands at springs of their own and one between them: stiffest and 
     const Softened first = softened_together(pair[0], cap), second = softened_together(pair[1], cap);
     REQUIRE(std::abs(first.stiffest_N_per_m - stiffest) <= 1e-12 * stiffest);
     const Joint played = played_by({first.record, second.record});
-    // The trace and the determinant of the plane of n say both values.
+    // The trace in the plane of n is the sum of both values.
     const double a = times(played, left)[0] * n.x + times(played, left)[1] * n.y + times(played, left)[2] * n.z;
     const double d = times(played, right)[3] * n.x + times(played, right)[4] * n.y + times(played, right)[5] * n.z;
     REQUIRE(std::abs(a + d - std::min(stiffest, cap) - std::min(least, cap)) <= 1e-11 * stiffest);
     for (std::size_t r = 0; r < 6; ++r)
       for (std::size_t s = 0; s < 6; ++s) REQUIRE(std::abs(played[r][s] - played[s][r]) <= 1e-11 * stiffest);
-    // Control: caps of each hand alone leave more than the cap, one hand against the other.
+    // Control: if each hand is capped alone, the two against each other are still stiffer than the cap.
     const Joint alone = played_by({softened(pair[0], cap).record, softened(pair[1], cap).record});
     above_twice += largest_by_iteration(alone, random) > 1.5 * cap ? 1 : 0;
   }
@@ -459,19 +459,19 @@ TEST_CASE("together no direction is stiffer than the cap, force and stiffness so
     const Joint m = springs_between(random, 1 + i % 8);
     const double stiffest = largest_by_iteration(m, random), cap = random.uniform(0.1, 0.9) * stiffest;
     std::array<ContactRecord, 2> pair = pair_of(m);
-    // Forces of springs that are drawn by x.
+    // The forces of springs that are stretched by x.
     std::array<double, 6> x{};
     for (double& at : x) at = random.uniform(-0.01, 0.01);
     const std::array<double, 6> force = times(m, x);
     pair[0].force_N = pair[1].other_force_N = glm::dvec3(-force[0], -force[1], -force[2]);
     pair[1].force_N = pair[0].other_force_N = glm::dvec3(-force[3], -force[4], -force[5]);
     const std::array<ContactRecord, 2> soft{softened_together(pair[0], cap).record, softened_together(pair[1], cap).record};
-    // Iteration comes from below, and is slow where two values are close.
+    // The iteration comes from below and is slow where two values are close.
     REQUIRE(softened_together(pair[0], cap).stiffest_N_per_m >= stiffest * (1 - 1e-12));
     REQUIRE(softened_together(pair[0], cap).stiffest_N_per_m <= stiffest * 1.01);
     const Joint played = played_by(soft);
     REQUIRE(largest_by_iteration(played, random) <= cap * (1 + 1e-9));
-    // The softer springs, drawn as far, give the softer forces.
+    // The softer springs, stretched as far, give the softer forces.
     const std::array<double, 6> softer = times(played, x);
     for (std::size_t hand = 0; hand < 2; ++hand) {
       const glm::dvec3 expected(-softer[3 * hand], -softer[3 * hand + 1], -softer[3 * hand + 2]);

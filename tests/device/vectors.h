@@ -1,5 +1,5 @@
 #pragma once
-/// Vectors of a random size and direction, and what is measured of them.
+/// Vectors of random size and direction, and functions that measure them.
 
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ inline glm::dvec3 cross(const glm::dvec3& a, const glm::dvec3& b) {
 }
 inline bool same_bits(const glm::dvec3& a, const glm::dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-/// From the generator's bits alone, so that they are the same with every standard library.
+/// Random numbers made from the generator's bits alone, so that they are the same with every standard library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}

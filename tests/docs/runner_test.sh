@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# runner_test.sh PROGRAM BUILD_DIR : that docs_test.py reports what is wrong with a page, and nothing that is right.
+# runner_test.sh PROGRAM BUILD_DIR : checks that docs_test.py reports what is wrong with a page, and nothing that is right.
 set -uo pipefail
 program=$1
 build=$2

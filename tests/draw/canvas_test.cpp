@@ -1,4 +1,4 @@
-// The off-screen renderer. What is asked of pixels are facts that hold for every rasteriser.
+// The off-screen renderer. The tests check only facts about pixels that hold for every rasteriser.
 #include "evenstep/draw/canvas.h"
 
 #include <catch2/catch.hpp>
@@ -35,7 +35,7 @@ bool is_background(const Pixel& pixel) {
 }
 
 struct Seen {
-  double x = 0, y = 0;  ///< the middle of what is drawn
+  double x = 0, y = 0;  ///< the centre of what is drawn
   std::int64_t pixels = 0;
 };
 Seen seen(const Image& image) {
@@ -89,7 +89,7 @@ TEST_CASE("The block stands in the middle, lit, and nothing is around it") {
   CHECK(std::abs(block.x - 159.5) < 2);
   CHECK(std::abs(block.y - 119.5) < 2);
   CHECK(block.pixels > 320 * 240 / 5);
-  // Its top is brighter than its front: for the light comes from above.
+  // The top is brighter than the front, because the light comes from above.
   const auto brightness = [&](int x, int y) { return pixel(image, x, y)[1]; };
   CHECK(brightness(160, 70) > brightness(200, 150));
 }
@@ -126,10 +126,10 @@ TEST_CASE("What is near hides what is far, whichever is drawn first") {
     const Pixel at = pixel(canvas->image(), static_cast<int>(160 + 160 * clip.x), static_cast<int>(120 - 120 * clip.y));
     return at[2] > at[0] + 20;
   };
-  CHECK(blue_at_tool({0, 0, 0.002}));                       // half of it above the surface
-  CHECK(blue_at_tool({0.012, -0.02, -0.01}));               // before the block
-  CHECK_FALSE(blue_at_tool(-0.012 * glm::dvec3(0, 0, 1)));  // in the middle of it
-  CHECK_FALSE(blue_at_tool(-0.04 * view.to_eye));           // behind it
+  CHECK(blue_at_tool({0, 0, 0.002}));                       // half of the tool is above the surface
+  CHECK(blue_at_tool({0.012, -0.02, -0.01}));               // in front of the block
+  CHECK_FALSE(blue_at_tool(-0.012 * glm::dvec3(0, 0, 1)));  // in the middle of the block
+  CHECK_FALSE(blue_at_tool(-0.04 * view.to_eye));           // behind the block
 }
 
 TEST_CASE("A drawing that is made in any shares is the same picture") {
@@ -140,7 +140,7 @@ TEST_CASE("A drawing that is made in any shares is the same picture") {
   const Image whole = canvas->image();
   for (const std::vector<int>& cuts : {std::vector<int>{0, 500, 1000}, {0, 1, 333, 334, 999, 1000}, {0, 970, 1000}}) {
     for (std::size_t n = 1; n < cuts.size(); ++n) {
-      if (n + 1 == cuts.size()) CHECK(canvas->image().pixels != whole.pixels);  // the last share has something in it
+      if (n + 1 == cuts.size()) CHECK(canvas->image().pixels != whole.pixels);  // the last share draws something
       REQUIRE(canvas->draw_share(mesh.mesh().positions_m, cuts[n - 1], cuts[n]));
     }
     CHECK(canvas->image().pixels == whole.pixels);

@@ -35,7 +35,7 @@ TEST_CASE("What is near is painted after what is far") {
   Mesh near = mesh;
   for (glm::vec3& position_m : near.positions_m) position_m += glm::vec3(0.02 * view.to_eye);
   near.colours.assign(near.colours.size(), glm::vec3(0, 0, 1));
-  // The near one first: the order must come from depth.
+  // The nearer mesh comes first, so the right order can come only from depth.
   Mesh both = near;
   both.positions_m.insert(both.positions_m.end(), mesh.positions_m.begin(), mesh.positions_m.end());
   both.colours.insert(both.colours.end(), mesh.colours.begin(), mesh.colours.end());

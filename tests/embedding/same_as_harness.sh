@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# same_as_harness.sh ROOT EMBED EVENSTEP OUT : the jump that examples/embed prints, to its two digits, is that of `evenstep
-# run` for the same timing, motion and spring. Of the forces both only have the rounding of doubles.
+# same_as_harness.sh ROOT EMBED EVENSTEP OUT : checks that the jump that examples/embed prints is, in its two digits, the one
+# that `evenstep run` measures for the same timing, motion and spring. The jumps of the forces are only rounding in both.
 set -euo pipefail
 "$3" run "$1/scenarios/paper/figure-1-spring.toml" --out "$4" >/dev/null
 signal='"signal":"left.interaction.phase_locked","metric":"velocity_jump"'

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# snippets.sh ROOT : a block of code in README.md or docs/ whose first line names a file of examples/ in a comment is a piece
-# of that file, as it stands there. Exit 1 if one is not.
+# snippets.sh ROOT : if the first line of a code block in README.md or docs/ names a file of examples/ in a comment, the
+# block must be a literal piece of that file. Exit 1 if one is not.
 set -uo pipefail
 root=$1
 failures=0 blocks=0
@@ -31,7 +31,7 @@ check_page() {
   done <"$root/$1"
 }
 
-# A text that is not in its file, and a file that is not there, are seen.
+# A text that is not in its file must be noticed, and so must a file that does not exist.
 check planted $'// examples/embed/embed.cpp\nint planted;\n' >/dev/null
 check planted $'/* examples/planted.c */\n' >/dev/null
 ((failures == 2)) || { echo 'a planted piece of code is not seen'; exit 1; }

@@ -21,7 +21,7 @@ glm::dvec3 ours(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 using Spring = btGeneric6DofSpring2Constraint;
 
-/// A world with what Bullet wants for one. Members go in reverse order: the world first.
+/// A world with everything that Bullet needs for one. Members are destroyed in reverse order, the world first.
 class World {
  public:
   explicit World(int iterations) {
@@ -35,7 +35,7 @@ class World {
     for (const auto& body : bodies) world.removeRigidBody(body.get());
   }
 
-  /// A body that does not turn and touches nothing. Without mass it stays where it is put.
+  /// A body that does not turn and touches nothing. If it has no mass, it stays where it is put.
   btRigidBody& add_body(double mass_kg, const glm::dvec3& at_m) {
     auto body = std::make_unique<btRigidBody>(btScalar(mass_kg), nullptr, &point, btVector3(0, 0, 0));
     body->setWorldTransform(btTransform(btQuaternion::getIdentity(), bullet(at_m)));
@@ -45,7 +45,8 @@ class World {
     world.addRigidBody(body.get(), 0, 0);
     return *bodies.emplace_back(std::move(body));
   }
-  /// A spring along these axes of a frame in `a`, all else free; its force is zero where the bodies are now.
+  /// A spring along these axes of a frame in `a`; everything else is free. At the present places of the bodies its force is
+  /// 0.
   Spring& add_spring(btRigidBody& a, btRigidBody& b, const btMatrix3x3& frame, int axes, double stiffness, double damping,
                      bool limit) {
     const btTransform in_a(frame, b.getWorldTransform().getOrigin() - a.getWorldTransform().getOrigin());
@@ -127,8 +128,8 @@ class Bullet final : public evenstep::ForeignSolver {
     for (btJointFeedback& felt : felt_) add_tool(felt, soft);
   }
 
-  /// The hand is a kinematic body: Bullet takes its speed from where it is put. A spring along three axes joins the tool to
-  /// it.
+  /// The hand is a kinematic body: Bullet derives its speed from the places where it is put. A spring along three axes joins
+  /// the tool to it.
   void add_tool(btJointFeedback& felt, bool soft) {
     btRigidBody& hand = world_.add_body(0, {});
     hand.setCollisionFlags(hand.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);

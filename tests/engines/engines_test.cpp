@@ -1,4 +1,5 @@
-// What a scenario cannot ask: closed forms of the engines' springs, their state after a reset, what they say of instability.
+// What a scenario cannot test: closed forms of the engines' springs, their state after a reset, what they say about
+// instability.
 #include "engines.h"
 
 #include <catch2/catch.hpp>
@@ -30,7 +31,8 @@ std::uint64_t digest_after(ForeignSolver& solver, const glm::dvec3& step_m, int 
   return solver.state_digest();
 }
 
-/// Of a particle of 50 g, 1 mm away from where two springs of 1 N/m to the same fixed particle leave it, after a step.
+/// The velocity after a step of a particle of 50 g that starts 1 mm away from the rest place of two springs of 1 N/m, both
+/// to the same fixed particle.
 template <class Make>
 double first_velocity_m_per_s(Make make) {
   const auto solver = make({.options = R"({"particles": {"mass": 0.05, "stiffness": 1, "rest": [[0, 0, 0], [0.1, 0, 0]],
@@ -45,8 +47,9 @@ double first_velocity_m_per_s(Make make) {
 
 #ifdef ENGINES_MUJOCO
 TEST_CASE("MuJoCo's weld is as soft as its solref and solimp say") {
-  // With impedance d, time constant T and distance r from the hand, MuJoCo makes the acceleration (1 - d) a0 - r / T^2, a0
-  // being that without the weld. At rest it is 0, and a0 = -stiffness x / mass: so r = -(1 - d) T^2 stiffness / mass x.
+  // With impedance d, time constant T and distance r from the hand, MuJoCo makes the acceleration (1 - d) a0 - r / T^2,
+  // where a0 is the one without the weld. At rest it is 0 and a0 = -stiffness x / mass, so r = -(1 - d) T^2 stiffness / mass
+  // x.
   const double stiffness = 200, mass = 0.05, d = 0.99, T = 0.0045;
   const double share = (1 - d) * T * T * stiffness / mass;
   const auto solver = make_mujoco(request("{}"));
@@ -64,8 +67,8 @@ TEST_CASE("MuJoCo's contacts are as before after a reset, and in another solver"
 }
 
 TEST_CASE("MuJoCo resets an unstable scene by itself: the solver says so instead") {
-  // The weld makes x'' = -((1 - d) k / m + 1 / T^2) x - 2 / T x', and Euler is stable while w^2 h^2 + 2 g h < 4 (g being the
-  // damping of x'): up to k = 1.803 MN/m here, 45 times what the same body stands without a weld.
+  // The weld makes x'' = -((1 - d) k / m + 1 / T^2) x - 2 / T x'. Euler is stable while w^2 h^2 + 2 g h < 4, where g is the
+  // damping of x'. Here that is up to k = 1.803 MN/m, 45 times as much as for the same body without a weld.
   const auto stable = make_mujoco(request(R"({"stiffness": 1.79e6, "damping": 0})"));
   CHECK(std::isfinite(held_N(*stable, 0.01, 20'000)));
   const auto unstable = make_mujoco(request(R"({"stiffness": 1.82e6, "damping": 0})"));
@@ -89,12 +92,13 @@ TEST_CASE("Bullet says nothing of an unstable spring: its force ends as no numbe
 }
 
 TEST_CASE("Bullet's springs in parallel do not add up: two pull like one") {
-  // Each is a row of the constraint solver that wants the speed its own force would give, and finds it there already.
+  // Each spring is a row of the constraint solver. It asks for the speed that its own force would give, which the other
+  // spring has given already.
   CHECK(first_velocity_m_per_s(make_bullet) == Approx(-1 * 1.0 * 0.001 / 0.05 * kStep_s));
 }
 
 TEST_CASE("Bullet's limit makes a spring softer than its stiffness, silently") {
-  // It allows m / (16 h^2), here 632.8 N/m.
+  // The limit is m / (16 h^2), here 632.8 N/m.
   const double most = 0.05 / (16 * kStep_s * kStep_s);
   const auto solver = make_bullet(request(R"({"stiffness": 1e7, "coupling": 500, "limit": true})"));
   CHECK(held_N(*solver, 0.01, 5000) == Approx(-0.01 * most * 500 / (most + 500)).epsilon(1e-9));

@@ -10,7 +10,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 
 fail() { echo "engines: $*" >&2; exit 1; }
-# holds TEXT COMMAND... : it succeeds, and prints TEXT; what it prints is in $out
+# holds TEXT COMMAND... : the command succeeds and prints TEXT; its output is in $out
 holds() {
   local text=$1
   shift
@@ -21,7 +21,7 @@ trace() { sed -n 's/^trace \([0-9a-f]*\) .*/\1/p' <<<"$out"; }
 
 for engine in "${engines[@]}"; do
   for scenario in "$here/$engine"-*.toml; do
-    # Two runs in one process give the same, strategies side by side; so does another process, one after the other.
+    # Two runs in a process, with strategies side by side, give the same; so does another process with one after the other.
     holds PASS run "$scenario" --repeat --threads 2 --out run
     hash=$(trace)
     [[ $hash ]] || fail "$scenario has no trace: $out"

@@ -1,4 +1,4 @@
-// evenstep with MuJoCo and Bullet, as far as they are installed: `engines run tests/engines/mujoco.toml`.
+// evenstep with MuJoCo and Bullet, if they are installed. Example: `engines run tests/engines/mujoco.toml`
 #include "engines.h"
 #include "evenstep/apps/command_line.h"
 

@@ -14,7 +14,7 @@ const char* const kSliders = R"(
       <joint type="slide" axis="0 1 0" stiffness="{0}" damping="{1}"/>
       <joint type="slide" axis="0 0 1" stiffness="{0}" damping="{1}"/>)";
 
-/// The hand is a mocap body: MuJoCo puts it where it is told and gives it no mass. A weld pulls the tool after it.
+/// The hand is a mocap body: MuJoCo puts it where it is told to and gives it no mass. A weld pulls the tool after it.
 std::string hand(int tool, const glm::dvec3& at_m) {
   return fmt::format("\n    <body name=\"hand{}\" mocap=\"true\" pos=\"{} {} {}\"/>", tool, at_m.x, at_m.y, at_m.z);
 }
@@ -28,7 +28,7 @@ std::string hold(const Options& options, int tool, const std::string& body) {
       tool, body, options.number("weld", 0.0045, 0, 1e6), impedance);
 }
 
-/// All six rows, of which the sliders of a tool leave three.
+/// A weld with all six rows. The sliders of a tool leave three of them.
 std::string weld(const Options& options, int tool) {
   const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
   return fmt::format(
@@ -63,8 +63,9 @@ std::string tool_xml(const Options& options, const evenstep::SolverRequest& requ
                      option(options, request.step_s, "0 0 0"), bodies, welds);
 }
 
-/// Links of 2 cm, each on a ball joint with a spring in it, and at rest turned by 10 degrees against the one before: a hook
-/// that bends and twists. The hand holds its end. (The end of a straight rod could not follow: it does not stretch.)
+/// Links of 2 cm, each on a ball joint with a spring in it. At rest each is turned by 10 degrees against the one before. So
+/// they form a hook that bends and twists. The hand holds its end. (The end of a straight rod could not follow the hand,
+/// because the rod does not stretch.)
 std::string rod_xml(const Options& options, const evenstep::SolverRequest& request, glm::dvec3& end_m) {
   const int links = options.count("links", 8, 1, 100);
   const double mass_kg = options.number("mass", 0.05, 1e-9, 1e6);
@@ -86,12 +87,12 @@ std::string rod_xml(const Options& options, const evenstep::SolverRequest& reque
                      hold(options, 0, fmt::format("link{}", links - 1)));
 }
 
-/// A soft box of particles on sliders, held together by tendons, on a floor; a ball that the hand moves rests on it. The box
-/// has a hundred contacts or so, which come and go.
+/// A soft box on a floor: particles on sliders, held together by tendons. A ball that the hand moves rests on it. The box
+/// has about a hundred contacts, which come and go.
 std::string box_xml(const Options& options, const evenstep::SolverRequest& request, glm::dvec3& above_m) {
   const int edge = options.count("edge", 4, 3, 20);
   const double half_m = 0.01 * (edge - 1);
-  above_m = {0, 0, 2 * half_m + 0.02};  // the balls of a composite end at its outer faces, and the tool is as large as they
+  above_m = {0, 0, 2 * half_m + 0.02};  // the outer faces are where the balls end; the tool is as large as a ball
   return fmt::format(
       "<mujoco>{}\n  <size njmax=\"{}\" nconmax=\"{}\"/>\n  <worldbody>\n    <geom type=\"plane\" size=\"1 1 1\"/>{}{}"
       "\n    <body pos=\"0 0 {}\">\n      <composite type=\"box\" count=\"{} {} {}\" spacing=\"0.02\">"
@@ -104,7 +105,7 @@ std::string box_xml(const Options& options, const evenstep::SolverRequest& reque
       weld(options, 0));
 }
 
-/// A body on sliders for each particle, and a tendon for each spring: it pulls along the line between its ends.
+/// A body on sliders for each particle, and a tendon for each spring, which pulls along the line between its ends.
 std::string particles_xml(const Options& options, const Particles& particles, double step_s) {
   std::string bodies, tendons;
   for (std::size_t n = 0; n < particles.rest_m.size(); ++n) {

@@ -1,5 +1,5 @@
 #pragma once
-// The scenes of MuJoCo as it reads them (MJCF).
+// The scenes for MuJoCo, in the format that it reads (MJCF).
 
 #include <optional>
 
@@ -10,10 +10,10 @@ namespace engines {
 
 struct MujocoScene {
   std::string xml;
-  glm::dvec3 tool_rest_m{0};  ///< where a hand at the origin has the tool
+  glm::dvec3 tool_rest_m{0};  ///< where the tool is if the hand is at the origin
   std::optional<Particles> particles;
 };
-/// Throws SolverError for options that there are not.
+/// Throws SolverError for options that do not exist.
 MujocoScene mujoco_scene(const evenstep::SolverRequest& request);
 
 }  // namespace engines

@@ -20,8 +20,8 @@ struct Deleter {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-/// MuJoCo's reader of XML keeps the last model in a global variable, and its warnings go to a global function, which by
-/// default writes MUJOCO_LOG.TXT. What a warning says is read from the data instead.
+/// MuJoCo's reader of XML keeps the last model in a global variable. Its warnings go to a global function, which by default
+/// writes MUJOCO_LOG.TXT. Here the text of a warning is read from the data instead.
 std::unique_ptr<mjModel, Deleter> compile(const std::string& text) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
@@ -68,7 +68,8 @@ class Mujoco final : public evenstep::ForeignSolver {
     for (int i = 0; i < model_->nv; ++i) digest = evenstep::mix(digest, data_->qvel[i]);
     return digest;
   }
-  /// As MuJoCo has it at the begin of the last step: of gravity, springs and motion, not of what constraints store.
+  /// The energy that MuJoCo has at the begin of the last step: of gravity, springs and motion, without what constraints
+  /// store.
   double energy_J() override { return data_->energy[0] + data_->energy[1]; }
   evenstep::ParticleState particles() override {
     evenstep::ParticleState state;
@@ -92,7 +93,7 @@ class Mujoco final : public evenstep::ForeignSolver {
   }
 
  private:
-  /// What a weld or ball joint does to the hand: the first three of its rows.
+  /// The force of a weld or ball joint on the hand: the first three of its rows.
   glm::dvec3 held_N(int hold) const {
     for (int row = 0; row < data_->ne; ++row) {
       const double* force_N = data_->efc_force + row;
@@ -100,7 +101,7 @@ class Mujoco final : public evenstep::ForeignSolver {
     }
     return glm::dvec3(0);
   }
-  /// MuJoCo puts an unstable scene back to its begin and goes on; a hand would feel that.
+  /// MuJoCo resets an unstable scene to its begin and goes on. A hand would feel that, so it is an error here.
   void refuse_instability() const {
     for (const int kind : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
       const mjWarningStat& warning = data_->warning[kind];

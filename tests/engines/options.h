@@ -1,5 +1,6 @@
 #pragma once
-// The options of a scenario as the engines read them: what is not written keeps its value, what nobody knows is an error.
+// The options of a scenario as the engines read them. An option that is not given keeps its default; an unknown one is an
+// error.
 
 #include <fmt/format.h>
 
@@ -54,14 +55,14 @@ class Options {
     return static_cast<int>(number(key, otherwise, least, most));
   }
   bool flag(const char* key, bool otherwise) const { return json_.value(key, otherwise); }
-  /// One of the words; the first, if the option is not there.
+  /// One of the words; the first one if the option is not given.
   std::string word(const char* key, std::initializer_list<const char*> words) const {
     const std::string value = json_.value(key, *words.begin());
     if (std::find(words.begin(), words.end(), value) != words.end()) return value;
     throw evenstep::SolverError(evenstep::SolverFault::bad_scene, fmt::format("'{}' is \"{}\"", key, value),
                                 fmt::format("one of {}", fmt::join(words, ", ")));
   }
-  /// [case]: its scene. Then there is no model to choose.
+  /// True if a [case] gives the scene. Then there is no model to choose.
   bool has_particles() const { return json_.contains("particles"); }
   Particles particles() const { return Particles(json_.at("particles")); }
 

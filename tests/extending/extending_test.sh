@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The examples of docs/extending.md as patches:
-#   extending_test.sh SOURCE_DIR count              each applies, and changes no more existing code files than promised
-#   extending_test.sh SOURCE_DIR build WORK_DIR     all of them in a copy: it builds, keeps the room rules, and each example
-#                                                 works
+#   extending_test.sh SOURCE_DIR count              each patch applies and changes no more existing code files than promised
+#   extending_test.sh SOURCE_DIR build WORK_DIR     with all patches, a copy builds, keeps the room rules, and each example
+#                                                   works
 # Code files are those of the product: sources and headers, neither tests nor docs nor lists of files (CMakeLists.txt).
 set -euo pipefail
 source_dir=$(realpath "$1")
@@ -12,7 +12,7 @@ declare -A allowed=([strategy]=3 [scene]=3 [driver]=2 [timing-model]=4 [command]
 
 fail() { echo "extending: $*" >&2; exit 1; }
 
-# copy_tree TO : what git tracks here, or without git all but build folders
+# copy_tree TO : copies what git tracks here or, without git, everything except build folders
 copy_tree() {
   mkdir -p "$1"
   (cd "$source_dir" && { git ls-files -z 2>/dev/null || find . -path './build*' -prune -o -type f -print0; } |
@@ -46,7 +46,8 @@ build() {
   rm -rf "$copy"
   copy_tree "$copy"
   for kind in "${!allowed[@]}"; do
-    # Without the ceiling git would find the repository around the build folder, and leave out files that are not below it.
+    # Without the ceiling, git would find the repository around the build folder and leave out files that are not below that
+    # folder.
     (cd "$copy" && GIT_CEILING_DIRECTORIES=$(realpath "$1") git apply "$here/$kind.patch") ||
       fail "$kind.patch does not apply beside the others"
   done

@@ -1,6 +1,6 @@
-// An EvdevFile whose kernel has dropped events before the run began, as it does with those that nobody reads for as long as
-// a solver takes to start. From then on each time that it is read until nothing is left there was one report. So what is
-// read does not depend on how fast this machine is.
+// An EvdevFile whose kernel has dropped events before the run began, as a kernel does if nobody reads them while a solver
+// starts. From then on, each time that it is read until nothing is left, there is one report. So what is read does not
+// depend on how fast this machine is.
 #include <array>
 #include <cerrno>
 
@@ -9,11 +9,11 @@
 namespace evenstep {
 namespace {
 
-/// The kernel's side of the device. One thread reads it: that which starts the run, and then the device lane.
+/// The kernel's side of the device. One thread at a time reads it: first the one that starts the run, then the device lane.
 struct Kernel {
   std::int32_t x = 0;
-  bool drops = true;     ///< the next read is the one after events were dropped
-  bool has_more = true;  ///< there is a report before nothing is left
+  bool drops = true;     ///< the next read says that events were dropped
+  bool has_more = true;  ///< the next read gives a report; after it nothing is left
 };
 Kernel kernel;
 

@@ -19,7 +19,7 @@ TEST_CASE("what Linux drops before a live run begins to read is not counted as l
   REQUIRE(outcome.exit == ExitCode::pass);
   const auto& force = outcome.metrics.at("left.force.phase_locked");
   CHECK(force.at("evdev_dropped") == 0);
-  // A report for each tick, and none for what came before the first.
+  // There is a report for each tick, and none for what came before the first tick.
   const DeviceRecord& device = strategy(outcome.record, "phase_locked").devices[0];
   CHECK(force.at("reports") == static_cast<double>(device.ticks.size()));
   REQUIRE(device.ticks.size() > 1);

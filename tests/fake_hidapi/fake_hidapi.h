@@ -1,6 +1,6 @@
 #pragma once
-/// libhidapi and sysfs as HidapiTransport sees them, with one device of ours below: writes can be made to end in any way
-/// that the system or a device ends them. Linked instead of libhidapi.
+/// libhidapi and sysfs as HidapiTransport sees them, with a simulated device below. Writes can be made to end in every way
+/// in which the system or a device may end them. This is linked instead of libhidapi.
 
 #include <cstdint>
 
@@ -8,8 +8,8 @@
 
 namespace evenstep::test {
 
-/// How the next writes end: -1 with errno `error`, or with `difference` bytes more or fewer than given. The device gets
-/// nothing of them.
+/// How the next writes end: with -1 and errno `error`, or with `difference` bytes more or fewer than given. None of them
+/// reaches the device.
 struct FailingWrites {
   int count = 0;
   int error = 0;
@@ -18,14 +18,14 @@ struct FailingWrites {
 
 class FakeHidapi {
  public:
-  /// The device must outlive it; there is one at a time.
+  /// The device must outlive this object. There may be only one at a time.
   explicit FakeHidapi(HidTransport& device);
   ~FakeHidapi();
   FakeHidapi(const FakeHidapi&) = delete;
   FakeHidapi& operator=(const FakeHidapi&) = delete;
 
   void fail(FailingWrites how);
-  std::int64_t failed() const;  ///< writes so far that ended so
+  std::int64_t failed() const;  ///< number of writes so far that failed
 };
 
 }  // namespace evenstep::test

@@ -1,4 +1,4 @@
-// The driver above the very transport that drives a device, whose writes end in every way that the system has.
+// The driver on the real transport, whose writes end in every way that the system may end them.
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
@@ -18,7 +18,7 @@ const WallClock& wall_clock() {
   return clock;
 }
 
-/// The device's time is virtual, so nothing ends or is refreshed by waiting; the driver's ticks are those of the test.
+/// The time of the device is virtual, so nothing ends or is refreshed by waiting. The test makes the driver's ticks.
 struct Bench {
   explicit Bench(const PidOptions& options) : driver(transport, layout_of(device), options) { driver.start(); }
   void tick(std::int64_t k, double force_N) {
@@ -70,7 +70,7 @@ TEST_CASE("a force whose write the system refuses is on the motors as soon as it
             ++ticks;
           }
           INFO(end.name << " release " << release << " count " << count);
-          // An interrupted write is repeated at once. Of others each tick tries one, then force and Start.
+          // An interrupted write is repeated at once. Other failures cost a tick each; after that come the force and Start.
           CHECK(ticks == (end.error == EINTR ? 0 : count == 1 ? 1 : count == 2 ? 2 : 3));
           CHECK(bench.below.failed() == count);
           CHECK(bench.driver.counters().write_failures == (end.error == EINTR ? 0 : count));
@@ -82,7 +82,7 @@ TEST_CASE("a force whose write the system refuses is on the motors as soon as it
 
 TEST_CASE("a device that takes no write any more is given up, and its stop is tried") {
   for (const End& end : kEnds) {
-    if (end.error == EINTR) continue;  // that is repeated for as long as it lasts
+    if (end.error == EINTR) continue;  // such a write is repeated as long as it is interrupted
     Bench bench(along_x(true));
     for (std::int64_t k = 0; k < 100; ++k) bench.tick(k, 2);
     bench.below.fail({1'000'000, end.error, end.difference});

@@ -1,4 +1,4 @@
-// [case] in a file: what is read, and what is refused with which words.
+// [case] in a file: what is read, what is refused, and with which words.
 #include <catch2/catch.hpp>
 
 #include "support.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests of the format do and check at once. (support.h has no checks: the fuzz target uses it, too.)
+/// Functions for tests of the format that also check. (Those of support.h do not, as the fuzz target uses them, too.)
 
 #include <string>
 
@@ -7,9 +7,9 @@
 
 namespace evenstep::test {
 
-/// The scenario that `text` is; a failed check if it is none.
+/// The scenario in `text`. A check fails if it is not a scenario.
 Scenario good(const std::string& text, const ReadOptions& options = {});
-/// What is stored as resolved.toml must be the same scenario.
+/// Checks that what is stored as resolved.toml is the same scenario.
 void check_round_trip(const Scenario& scenario);
 /// `base` with the first `from` replaced by `to`.
 std::string changed(std::string base, const std::string& from, const std::string& to);

@@ -103,7 +103,7 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
   CHECK(with({"device.right.rate=500 Hz"}).devices[1].rate == Rate{500, 1});
   CHECK(with({"device.right.motion.frequency=2 Hz"}).devices[1].name == "right");
   CHECK(with({"run.seed=3", "run.seed=4"}).seed == 4);
-  CHECK(with({"remap.estimate.weight=0.5"}).remap.estimate_weight == 0.5);  // the table is made
+  CHECK(with({"remap.estimate.weight=0.5"}).remap.estimate_weight == 0.5);  // the table is created
   CHECK(with({"name=a = b"}).name == "a = b");
   CHECK(with({"expect.0.max=0.25"}).expectations[0].max->number == 0.25);
   CHECK(with({"scene.allow_unstable=true"}).scene.allow_unstable);
@@ -153,7 +153,7 @@ TEST_CASE("A mistake in --set is reported as one, with the assignment") {
     const ReadResult result = read_text(kTissue, {{row.set}, {}});
     CHECK_THAT(errors_of(result), Contains(row.error));
   }
-  // A line break smuggles no second key in: the text is a name.
+  // A line break cannot smuggle in a second key: the whole text is a name.
   CHECK(read_text(kTissue, {{"name=1\nformat = 2"}, {}})->name == "1\nformat = 2");
   CHECK_THAT(errors_of(read_text(kSpring, {{}, UINT64_MAX})),
              Contains("--seed: error: 18446744073709551615 is out of range"));

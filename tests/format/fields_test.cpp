@@ -1,4 +1,4 @@
-// The field table against what people read: every key is accepted, has a meaning, is in the schema and in the document.
+// The field table agrees with what people read: every key is accepted, has a meaning, and is in the schema and in the docs.
 #include "evenstep/format/fields.h"
 
 #include <fmt/format.h>
@@ -41,7 +41,7 @@ std::string key_tables() {
       std::string kinds;
       for (const std::string_view kind : split_words(field.kinds))
         kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
-      // All but a trace; what a case leaves out is said at its key.
+      // Every kind but a trace. What a case leaves out is said at its key.
       const bool every = (field.table == "timing" && split_words(field.kinds).size() == 3) || field.table.empty();
       out += fmt::format("| `{}` | {}{} | {} | {}{} |\n", field.key, cell(describe_forms(field)),
                          range.empty() ? "" : ", " + range, cell(fallback), kinds.empty() || every ? "" : kinds + ": ",
@@ -80,13 +80,14 @@ Value around(std::string_view key, Value value) {
   return table;
 }
 
-/// What gives a table this kind.
+/// The entry that gives a table this kind.
 Entry of_kind(std::string_view table, std::string_view kind) {
   const bool whole = table == "timing" && kind == "trace";  // its kind is a key of that name
   return {std::string(whole ? kind : kind_key(table)), kHere, text_value(std::string(whole ? "x.csv" : kind), kHere)};
 }
 
-/// A document of this one key (and the kind it needs): whatever else it lacks, nothing may be wrong with the key.
+/// Checks a document with this one key (and the kind that it needs). It may lack other things, but nothing may be wrong with
+/// the key.
 void check_alone(const Field& field, std::string_view toml) {
   INFO(field.table << "." << field.key << " = " << toml);
   Value document = around(field.key, parse_toml_value(toml, kHere));

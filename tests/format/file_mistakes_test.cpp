@@ -1,4 +1,4 @@
-// Files that are missing, too large or wrong themselves, and files that a scenario names.
+// Scenario files that are missing, too large or wrong, and the files that a scenario names.
 #include <catch2/catch.hpp>
 
 #include "checked.h"

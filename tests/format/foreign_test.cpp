@@ -1,4 +1,4 @@
-// Parts that the program registers: read, kept, refused where they are not registered.
+// Parts that the program registers are read and kept. They are refused where they are not registered.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -57,7 +57,7 @@ foreign = { name = "my-pacer" }
   CHECK(read->remap.foreign->name == "my-pacer");
   CHECK(read->remap.foreign->options == "{}");
   CHECK(std::count(read->strategies.begin(), read->strategies.end(), StrategyKind::foreign) == 1);
-  // Its resolved form is the same scenario.
+  // The resolved form is the same scenario.
   const ReadResult again = read_text(read->resolved_toml, {{}, std::nullopt, registry_with(true)});
   INFO(errors_of(again));
   REQUIRE(again);

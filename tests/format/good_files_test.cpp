@@ -324,7 +324,7 @@ TEST_CASE("A hand reads its plant, its arm, its path and what it starts with") {
   CHECK(path.moves[1].to_m == glm::dvec3(0, 0, 3e-3));
   CHECK(path.moves[1].duration.ns == 12'000'000);
   CHECK(device.motion.begin.ns == 33'333'333);
-  CHECK_FALSE(s.scene.needs_energy);  // the port's energy is not the tissue's
+  CHECK_FALSE(s.scene.needs_energy);  // the energy at the port is not that of the tissue
   check_round_trip(s);
 }
 
@@ -356,7 +356,7 @@ TEST_CASE("A stick-slip motion reads its times, also in units of the timing, and
   text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
                "motion = { kind = \"stick-slip\", velocity = [\"0.1 m/s\", \"0 m/s\", \"-20 mm/s\"], "
                "stick = \"2 segments\", slip = \"12.5 ms\", delay = \"1 s\" }\n");
-  // Where no nominal speed exists, a limit has no step to be counted in.
+  // Without a nominal speed, limits cannot be counted in steps.
   text.replace(text.find("min = \"4 step\""), 14, "min = \"1 mm\"");
   const Scenario s = good(text);
   const auto& motion = std::get<StickSlip>(s.devices[0].motion.shape);
@@ -428,7 +428,7 @@ TEST_CASE("An adaptive latency is read as it is written, starts at its least, an
   CHECK(given.remap.adapt.slew_ppm == 123);
   CHECK(given.remap.adapt.margin == Duration{4'444'444});
   CHECK(read(plain + "adapt = { min = \"7 ms\" }").remap.adapt.start == Duration{7'000'000});
-  // What nobody uses need not fit together, so that --set remap.latency=minimal compares with the file as it is.
+  // Values that nobody uses need not fit together. So --set remap.latency=minimal can be compared with the file as it is.
   CHECK(read("[remap]\nadapt = { min = \"7 ms\", max = \"5 ms\" }").remap.latency.kind == Budget::Kind::any_phase);
 }
 
@@ -450,7 +450,7 @@ TEST_CASE("Filters, policies and long runs are read as they are written") {
   CHECK(std::get<OneEuroSpec>(euro.remap.filter).min_cutoff_Hz == 2);
   CHECK(std::get<OneEuroSpec>(euro.remap.filter).beta == 3);
   CHECK(std::get<OneEuroSpec>(euro.remap.filter).derivative_cutoff_Hz == 4);
-  // A window is so many samples of the signal that it averages: one segment is 33 ticks or 15 steps.
+  // A window is counted in samples of the signal that it averages: one segment is 33 ticks or 15 steps.
   const Scenario average = read("[remap.filter]\nkind = \"moving-average\"");
   CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {1000, 1})).samples == 33);
   CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {450, 1})).samples == 15);
@@ -474,18 +474,19 @@ TEST_CASE("Ages of reports are read exactly, and where they are given a sample's
       with("report_age = \"0.3 ms\"\nreport_age_jitter = \"1.2 ms\"\nclock_rate_error = \"-50 ppm\"").devices.at(0);
   CHECK((aged.age.least.ns == 300'000 && aged.age.jitter.ns == 1'200'000 && aged.age.clock_ppm == -50));
   CHECK(follows_clock(aged));
-  CHECK(largest_age(aged).ns == 300'000 + 1'200'000 + 999'999 + 999);  // and the wait for a tick, and a stamp
+  CHECK(largest_age(aged).ns == 300'000 + 1'200'000 + 999'999 + 999);  // plus the wait for a tick, plus a stamp
   CHECK_FALSE(follows_clock(with("report_age = \"1 ms\"\nsample_time = \"arrival\"").devices.at(0)));
   CHECK(follows_clock(with("sample_time = \"taken\"").devices.at(0)));
 
-  // On one clock reports of 0.9 ms to 1.1 ms wait for the first tick or the second: the age varies by a period.
+  // On one clock, reports that are 0.9 ms to 1.1 ms old wait for the first tick or the second, so the age varies by a
+  // period.
   const DeviceSpec one_clock = with("report_age = \"0.9 ms\"\nreport_age_jitter = \"0.2 ms\"").devices.at(0);
   CHECK(largest_age(one_clock).ns == 900'000 + 1'000'000 + 999);
   DeviceSpec real = plain;
   real.is_real = true;
   CHECK((follows_clock(real) && largest_age(real).ns == 999'999 + 999));
 
-  // Events come for changes only: an unchanged position is as old as two periods, or the interval that is written.
+  // Events come only for changes. So an unchanged position is as old as two periods, or as the interval that is given.
   const std::string evdev = "driver = \"evdev\"\nevdev = { travel = [\"1 m\", \"0 m\", \"0 m\"]";
   const DeviceSpec arrival = with(evdev + " }").devices.at(0);
   CHECK_FALSE((follows_clock(arrival) || unchanged_age_of(arrival)));

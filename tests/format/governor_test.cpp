@@ -1,4 +1,4 @@
-// [timing] governor: what shortens the pauses.
+// [timing] governor, which shortens the pauses.
 #include <catch2/catch.hpp>
 
 #include "evenstep/format/scenario.h"

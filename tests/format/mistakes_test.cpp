@@ -180,7 +180,7 @@ TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave 
     CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
-  // Without the strategy nobody filters, whatever the device's rate.
+  // Without the strategy `filtered` nothing is filtered, so any rate of the device will do.
   const ReadResult unused = read_text(changed(kSpring, "name = \"left\"", "name = \"left\"\nrate = \"15 Hz\""));
   INFO(errors_of(unused));
   CHECK(unused);
@@ -559,7 +559,7 @@ TEST_CASE("All mistakes of a file are reported at once, by position") {
         "scenario.toml:6:1: error: unknown key 'durration' in [run]; did you mean 'duration'?\n"
         "scenario.toml:10:17: error: 'visualization': 'msec' is not a unit of time; did you mean 'ms'?\n"
         "scenario.toml:14:13: error: 'stiffness': 'N' is a unit of force, not of stiffness\n");
-  // The signal was not judged against a [run] that is faulty itself; with that mended, it is.
+  // The signal was not checked against [run] because that had an error itself. Without that error, it is checked.
   CHECK_THAT(errors_of(read_text(changed(text, "durration", "duration"))),
              Contains("scenario.toml:19:10: error: 'signal': there is no device 'x'"));
 }

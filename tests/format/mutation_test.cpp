@@ -11,7 +11,7 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Every model of [timing] in one.
+/// A scenario with every model of [timing].
 std::string with_models() {
   std::string text = kSpring;
   text.insert(text.find("[scene]"),
@@ -23,7 +23,7 @@ std::string with_models() {
   return text;
 }
 
-/// One to three bytes changed, removed, added or copied from elsewhere in the text.
+/// The text after one to three mutations: bytes are changed, removed, added or copied from elsewhere in the text.
 std::string mutated(std::string text, std::mt19937_64& random) {
   const int changes = 1 + static_cast<int>(random() % 3);
   for (int i = 0; i < changes && !text.empty(); ++i) {
@@ -73,7 +73,7 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
       if (!again || describe(*again) != describe(*result)) FAIL("does not read back:\n" << text << errors_of(again));
     }
   }
-  // Both ways out are taken; most damage is found.
+  // Both outcomes occur, and most damage is found.
   CHECK(read > evenstep::testing::cases(100));
   CHECK(refused > evenstep::testing::cases(5000));
 }
@@ -95,7 +95,8 @@ TEST_CASE("Ten thousand damaged recordings are each read or refused") {
 }
 
 TEST_CASE("Any character beyond ASCII after a value is refused with its place") {
-  // toml++ 3.3 declares a branch unreachable that U+00A1 to U+0499 reach here. Every one of those, and every 31st beyond.
+  // toml++ 3.3 declares a branch unreachable which U+00A1 to U+0499 reach here. All of these are tried, and every 31st
+  // character beyond.
   const Folder folder;
   for (std::uint32_t c = 0x80; c < 0xfff0; c += c < 0x500 ? 1 : 31) {
     if (c >= 0xd800 && c < 0xe000) continue;
@@ -118,7 +119,7 @@ TEST_CASE("A key nested without end is refused before it can overflow the stack"
   std::string dotted = "format = 1\n";
   for (int i = 0; i < 500'000; ++i) dotted += "a.";
   CHECK_FALSE(read_text(dotted + "a = 1\n"));
-  // The deepest that passes the line limit: 32 dots in each of as many nested lists as toml++ allows, and beyond.
+  // The deepest nesting that the line limit lets pass: 32 dots in each of as many nested lists as toml++ allows, and more.
   for (const int levels : {7, 200, 2000}) {
     std::string nested = "format = 1\n";
     const std::string key = "a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a";

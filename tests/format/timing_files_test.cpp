@@ -83,7 +83,7 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
 }
 
 TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
-  // Most steps, finest rates, longest segment: every product stays within 128 bits (read_timing.cpp).
+  // With most steps, finest rates and the longest segment, every product stays within 128 bits (read_timing.cpp).
   const Scenario slow =
       good(with_timing("visualization = \"8 s\"\nsteps = 1000000\nstep = \"1 us\""), {{"run.duration=1e6 s"}, {}});
   CHECK(slow.nominal.segment.ns == 9'000'000'000);
@@ -108,7 +108,7 @@ TEST_CASE("A step size is taken from a duration or a rate as it is written") {
 
 TEST_CASE("A trace gives the means of the recording as nominal times, and its length as the duration") {
   const Folder folder;
-  // Two segments of 30 and 34 us; V 10 and 12 us, one idle; 2 + 3 steps of 4 us.
+  // Two segments of 30 and 34 us, V of 10 and 12 us, one idle time, 2 and 3 steps of 4 us.
   folder.write(
       "recorded/x.csv",
       "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,step,1,14200,18200\n"

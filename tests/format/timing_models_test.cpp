@@ -1,4 +1,4 @@
-// How run times vary: what a file says arrives, nominal times are means, and what makes no sense is refused.
+// How run times vary: what a file says is read, nominal times are means, and what makes no sense is refused.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -115,16 +115,16 @@ TEST_CASE("A scenario without models is periodic, each model alone makes it vary
 
 TEST_CASE("Nominal segment and slot are means with what the models add, V and s stay as written") {
   const auto nominal = [](const std::string& timing) { return read_back(timing).nominal; };
-  // 1.482222 ms * 20 % more; slot = T / 15.
+  // T grows by 20 % of 1.482222 ms; the slot is T / 15.
   const NominalUnits first = nominal(std::string(kBase) + "first_step = \"20 %\"");
   CHECK(first.segment.ns == 33'333'333 + 296'444);
   CHECK(first.slot.ns == (1'000'000'000'000 / 30 + 296'444'000) / 15 / 1000);
   CHECK(first.visualization.ns == 11'100'000);
   CHECK(first.step_run_time.ns == 1'482'222);
-  // 2 % of V more.
+  // T grows by 2 % of V.
   CHECK(nominal(std::string(kBase) + "merged_visualization = \"2 %\"").segment.ns == 33'333'333 + 222'000);
   CHECK(nominal(std::string(kBase) + "dropped_visualization = \"2 %\"").segment.ns == 33'333'333 - 222'000);
-  // Each of the 15 steps: 4 ms (1 - exp(-2 Hz * 1.482222 ms)) = 11.8402 us.
+  // Each of the 15 steps takes 4 ms (1 - exp(-2 Hz * 1.482222 ms)) = 11.8402 us more.
   CHECK(nominal(std::string(kBase) + "spikes = { rate = \"2 Hz\", cost = \"4 ms\" }").segment.ns == 33'333'333 + 177'603);
   // A hitch of 20 ms every 2 s: T = 33.33 ms / (1 - 8.9 ms / 2 s).
   CHECK(nominal(std::string(kBase) + "hitch = { every = \"2 s\", visualization = \"20 ms\" }").segment.ns ==
@@ -135,7 +135,7 @@ TEST_CASE("Nominal segment and slot are means with what the models add, V and s 
     CHECK(nominal(std::string(kBase) + model).segment.ns == 33'333'333);
     CHECK(read_back(std::string(kBase) + model).scene.step_rate == Rate{450, 1});
   }
-  // The grid is the mean where segments wait for it.
+  // Where segments wait for a grid, the grid is the mean.
   const std::string paced = "step = \"1 ms\"\npaced = true\nfirst_step = \"20 %\"\njitter = { step = \"lognormal 10 %\" }";
   CHECK(nominal(kBase + paced).segment.ns == 33'333'333);
   CHECK(read_back(kBase + paced).scene.step_rate == Rate{450, 1});
@@ -155,7 +155,7 @@ TEST_CASE("A concurrent visualization takes its steps from `steps` or from `step
   CHECK(paced.nominal.segment.ns == 33'333'333);
   CHECK(paced.scene.step_rate == Rate{450, 1});
   CHECK(paced.timing.programmed.slowdown == 1.5);
-  // 2 ms for 22.233 ms, 4 ms for 11.1: 33.333 / (11.117 + 2.775) ms.
+  // In each segment steps take 2 ms for 22.233 ms and 4 ms for 11.1 ms, so a slot is 33.333 ms / (11.117 + 2.775).
   const Scenario slowed = read_back(
       "order = \"concurrent\"\nsegment = \"30 Hz\"\npaced = true\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"\n"
       "slowdown = 2");

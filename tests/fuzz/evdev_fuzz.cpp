@@ -1,5 +1,5 @@
-// Any bytes as what Linux says of an event device: the texts of sysfs up to the first zero byte, a line each, and behind it
-// the axes, what it can do, and its events.
+// Any bytes as what Linux says about an event device. Up to the first zero byte they are the texts of sysfs, one per line.
+// After it come the axes, the capabilities and the events.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -16,7 +16,7 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Gives the bytes away one after another, and zeros after the last.
+/// Gives the bytes one after another, and zeros after the last.
 class Bytes {
  public:
   Bytes(const std::uint8_t* data, std::size_t size) : at_(data), left_(size) {}

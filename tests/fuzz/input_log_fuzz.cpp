@@ -1,4 +1,5 @@
-// Any bytes as a recording of a live run, and as the contents of its blocks under right checksums, which no fuzzer finds.
+// Any bytes as a recording of a live run, and as the contents of its blocks with right checksums (which no fuzzer would
+// find).
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "property.h"
@@ -23,7 +24,7 @@ void require_read_or_said(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-/// As contents: a byte for the kind, two for the length, and so many bytes, again and again.
+/// The contents of each block are a byte for the kind, two bytes for the length, and that many bytes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
   require_read_or_said(bytes);

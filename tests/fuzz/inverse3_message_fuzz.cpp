@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         require(c > ' ' && c <= '~' && c != '"' && c != '\\', "an id that must be escaped");
       for (int axis = 0; axis < 3 && device.position_m; ++axis)
         require(std::abs((*device.position_m)[axis]) <= kInverse3Reach_m, "a position out of reach");
-      // What is sent to it is JSON that has the id back.
+      // What is sent to the device is JSON that contains its id again.
       const std::string sent = inverse3_force_message(device.device_id, device.position_m.value_or(glm::dvec3(0)));
       const auto own = read_inverse3_message(sent);
       require(own.ok() && own->size() == 1 && own->front().device_id == device.device_id, "a message of ours is no JSON");

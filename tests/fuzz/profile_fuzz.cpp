@@ -8,7 +8,7 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Errors are about the whole file, or have a place: a database has no lines.
+/// An error is about the whole file or has a place. (A database has no lines.)
 void require_read_or_said(bool read, const std::vector<Diagnostic>& errors) {
   require(read == errors.empty(), "neither read nor refused");
   for (const Diagnostic& error : errors) require(!error.message.empty(), "an error without words");
@@ -24,7 +24,7 @@ void require_sound(const Profile& profile) {
   }
 }
 
-/// What is assigned is a recording that timing.csv can hold.
+/// The assigned roles make a recording that timing.csv can hold.
 void require_recording(const Profile& profile, const Roles& roles) {
   const AssignedRolesResult assigned = assign_roles(profile, roles);
   require_read_or_said(assigned.ok(), assigned.error_or({}));

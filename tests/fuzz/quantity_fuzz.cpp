@@ -1,4 +1,4 @@
-// Any bytes as a value with a unit. What is read as time or rate is read the same from its exact value.
+// Any bytes as a value with a unit. If it is read as a time or rate, its exact value must be read as the same.
 #include <cmath>
 
 #include "evenstep/text/quantity.h"
@@ -39,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   check_duration(text);
   check_rate(text);
-  // One dimension per input: looking for the unit that was meant takes most of the time.
+  // Only one dimension per input, because the search for the unit that was meant takes most of the time.
   const auto dimension = static_cast<Dimension>(size % (static_cast<std::size_t>(Dimension::slew) + 1));
   const Result<double> parsed = parse_si(text, dimension);
   require(!parsed.ok() || !std::isnan(*parsed), "a value is not a number");

@@ -1,4 +1,4 @@
-// replay FILE|FOLDER... : a fuzz target without the fuzzer, over every file given, in the order of their names.
+// replay FILE|FOLDER... : runs a fuzz target without the fuzzer on all these files, in the order of their names.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>

@@ -1,5 +1,5 @@
-// Any bytes as a report descriptor: parsed or refused, and every field of what was parsed is set and got; and where
-// a PID device would want what.
+// Any bytes as a report descriptor. It is parsed or refused. Every field of what was parsed is set and read, and so is the
+// layout that a PID device would have.
 #include <algorithm>
 #include <cmath>
 

@@ -9,8 +9,8 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Beside the input stand the shipped scenarios of the paper, and a recording and a motion short enough to be read thousands
-/// of times a second: what an input can name in `extends`, `trace` and `file`.
+/// The folder beside the input has what an input can name in `extends`, `trace` and `file`: the shipped scenarios of the
+/// paper, and a recording and a motion that are short enough to be read thousands of times a second.
 const Folder& folder() {
   static const Folder made;
   static const bool filled = [] {

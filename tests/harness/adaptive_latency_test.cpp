@@ -1,4 +1,5 @@
-// A latency that adapts, in the whole loop: what the sizing pass foretells, what a device feels, when it is the fixed one.
+// A latency that adapts, in the whole loop: what the sizing pass predicts of it, what a device feels, and when it behaves
+// like a fixed latency.
 #include <cmath>
 
 #include "evenstep/harness/sizing.h"
@@ -68,7 +69,7 @@ TEST_CASE("the sizing pass foretells the run of an adaptive latency, held and in
 }
 
 TEST_CASE("a growth is one hold in what the device plays, and the line goes on behind it") {
-  // One visualization of 61.1 ms among those of 11.1 ms: a need of some 50 ms more, once.
+  // One visualization takes 61.1 ms, all others 11.1 ms. So some 50 ms more latency are needed, once.
   const Scenario scenario = read(
       kHeldSpring, {"expect=[]", "run.strategies=[\"phase_locked\"]", "run.duration=\"3 s\"", kAdaptive,
                     "timing.changes=[{ at = \"1.5 s\", visualization = \"61.1 ms\" }, { at = \"1.55 s\", visualization = "
@@ -89,7 +90,7 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
   CHECK(late == 1);
   const Duration before = steps[grew].emission - steps[grew].read, after = steps[grew + 1].emission - steps[grew + 1].read;
   CHECK(steps[grew].end - steps[grew].read + Duration{1'000'000} == after);
-  // At 0.1 m/s and 200 N/m the force is 20 N/s * L behind the hand. Between one growth and the next the line is as it was.
+  // At 0.1 m/s and 200 N/m the force is 20 N/s * L behind the hand. Between two growths the force follows a line as before.
   const auto behind_N = [&](RealTime at) {
     const auto tick = std::find_if(record.devices[0].ticks.begin(), record.devices[0].ticks.end(),
                                    [&](const TickRow& row) { return row.at >= at; });
@@ -97,7 +98,7 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
   };
   const double d_N = 20 * seconds(after - before);
   const double more_N = behind_N(steps[grew + 20].emission) - behind_N(steps[grew - 20].emission);
-  CHECK(std::abs(more_N - d_N) <= 20 * (1e-3 + 1.5 / 450));  // a tick, and the staircase of slots that vary by a half
+  CHECK(std::abs(more_N - d_N) <= 20 * (1e-3 + 1.5 / 450));  // a tick, and stairs of slots that vary by a half
   CHECK(d_N > 0.5);
   CHECK(latency_over_time_svg(run).has_value());
 }

@@ -42,7 +42,7 @@ std::string driver(Draw& draw) {
                   "driver=\"evdev\", evdev={ travel = [\"2 m\", \"2 m\", \"0 m\"], full_scale = \"100 N\", gain = 1.0 }"});
 }
 
-// Each draw is a statement of its own: the arguments of a call are evaluated in an order that compilers choose.
+// Each draw is a statement of its own, because compilers choose the order in which they evaluate the arguments of a call.
 
 std::string faults(Draw& draw) {
   std::string list;
@@ -95,7 +95,7 @@ std::string device(Draw& draw, const std::string& emission) {
       rate, emission, of_cable, driven, unplugged ? fmt::format(", unplug = \"{} ms\"", unplug_ms) : "");
 }
 
-/// A scenario that overloads, stalls, interrupts or unplugs something, or all of it.
+/// Settings that overload, stall, interrupt or unplug something, or do several of these at once.
 std::vector<std::string> random_settings(std::uint64_t seed) {
   Draw draw(seed);
   const std::string emission = draw.of({"hold", "linear"});
@@ -207,7 +207,7 @@ TEST_CASE("a minute live while every core is loaded loses nothing without counti
   check_live(run_busy("60 s"), 60'000);
 }
 
-// docs/busy.md has what it printed.
+// docs/busy.md shows what this test printed.
 TEST_CASE("ten minutes live while every core is loaded lose nothing without counting it", "[.ten-minutes]") {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "evenstep_ten_minutes";

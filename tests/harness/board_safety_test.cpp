@@ -1,5 +1,5 @@
-// Every scenario of scenarios/safety on every board: what it expects holds, but for what a board's firmware cannot know or
-// do, and nothing is felt along an axis that was not asked for.
+// Every scenario of scenarios/safety runs on every board. Its expectations hold, except for what a board's firmware cannot
+// know or do; and no force is felt along an axis for which none was asked.
 
 #include <fmt/format.h>
 
@@ -14,7 +14,8 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Those whose subject is the protocol of the reference device, evdev, or an Inverse Service, have a twin for PID devices.
+/// True for scenarios about the protocol of the reference device, about evdev or about an Inverse Service. They do not run
+/// here: each has a twin for PID devices.
 bool is_about_another_driver(const std::string& name) {
   return name.find("reference") != std::string::npos || name.find("evdev") != std::string::npos ||
          name.find("inverse3") != std::string::npos;
@@ -30,8 +31,8 @@ std::vector<std::string> safety_scenarios() {
   return names;
 }
 
-/// The board, with the signs and slopes that somebody would have measured on it. 100 N over 0.6 m if the scenario has no PID
-/// device of its own.
+/// Settings that put the board into the scenario, with the signs and slopes that a user would have measured on it. If the
+/// scenario has no PID device of its own, the device has 100 N over 0.6 m.
 std::vector<std::string> overrides(const Scenario& scenario, const std::string& name, const NamedBoard& board) {
   const bool one_axis = board.kind == BoardKind::openffboard_1, reversed = board.kind == BoardKind::arduino;
   std::vector<std::string> set;
@@ -48,10 +49,10 @@ std::vector<std::string> overrides(const Scenario& scenario, const std::string& 
   set.push_back(fmt::format("device.left.pid.firmware=\"{}\"", board.name));
   set.push_back(one_axis ? "device.left.pid.springs=[\"x\"]" : "device.left.pid.springs=[\"x\", \"y\"]");
   if (reversed) set.push_back("device.left.pid.reversed_force=[\"x\", \"y\"]");
-  // One axis has one effect, so the device refuses the first.
+  // A device with one axis has only one effect, so the faults must hit the first.
   if (one_axis && name == "pid-pool-full") set.push_back("device.left.pid.pool=0");
   if (one_axis && name == "pid-block-load-error") set.push_back("device.left.pid.block_load_error=1");
-  // Its counts are 10 mN, so it is sent a report in two of five ticks, and this many are lost in about a second.
+  // A count of this board is 10 mN, so only two of five ticks send a report; 400 reports are lost in about a second.
   if (reversed && (name == "dead-man" || name == "dead-man-control"))
     set.push_back("device.left.faults=[{ kind = \"write-lost\", at = \"2 s\", amount = 400 }]");
   return set;
@@ -62,12 +63,12 @@ double allowance(const ExpectationResult& result, const std::string& name, const
   const bool of_switches = name == "switches-mask" || name == "switches-array";
   const bool reports_switches = board.kind == BoardKind::silent_pool || board.kind == BoardKind::short_replies;
   const auto& metric = result.metric;
-  // What the board does not report cannot be known; the force is not cut then, and comes back at once.
+  // A board that does not report its switches cannot tell that one is off: the force is not cut, and comes back at once.
   if (of_switches && !reports_switches && (metric == "cuts_device" || metric == "error_max")) return 1e9;
-  if (metric == "lost" && !made_for_pid) return 1e9;                         // positions have no number
+  if (metric == "lost" && !made_for_pid) return 1e9;                         // samples are not numbered
   if (metric == "motors_max" && !made_for_pid) return 0.02;                  // two counts of 100 N
   if (metric == "motors_unrenewed") return result.unit == "ms" ? 2 : 0.002;  // whole milliseconds
-  // One axis has half of the effects.
+  // A device with one axis has half as many effects.
   if (metric == "effects_ended" && board.kind == BoardKind::openffboard_1) return *result.min / 2;
   return 0;
 }
@@ -100,7 +101,7 @@ TEST_CASE("every safety scenario holds on every board and nothing is felt along 
         }
         const auto& motors = outcome.metrics.at("left.force." + record.name);
         INFO(record.name);
-        // Nearly all motions and walls are along X. A count is 10 mN at most, and a direction of 8 bits 0.35 degrees off.
+        // Nearly all motions and walls are along X. A count is 10 mN at most. An 8-bit direction is up to 0.35 degrees off.
         CHECK(motors.at("motors_max_y") <= asked_N.y + 0.0063 * motors.at("motors_max_x") + 0.01);
         CHECK(motors.at("motors_max_z") == 0);
         CHECK(motors.at("motors_left") == 0);

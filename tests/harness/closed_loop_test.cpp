@@ -13,7 +13,7 @@ namespace {
 
 std::string stiffness(double N_per_m) { return fmt::format("scene.stiffness=\"{} N/m\"", N_per_m); }
 
-/// Gripped by an arm on both devices' clocks, one of them at an odd rate, phase and delay, with unread reports dropped.
+/// An arm grips each of two devices. One has an odd rate, phase and delay, and drops reports that were not read.
 const std::vector<std::string> kTwoHands{
     "run.duration=\"2 s\"", "expect=[]", "scene.stiffness=\"40 N/m\"",
     "device=[{ name = \"left\", rate = \"1 kHz\", queue = \"libusb\", motion = { kind = \"hand\", mass = \"0.2 kg\", "
@@ -33,11 +33,11 @@ TEST_CASE("hands that feel the force give the same bits on every run, thread cou
   RunOptions one_thread;
   one_thread.threads = 1;
   CHECK(run_all(scenario, one_thread).trace_hash == first.trace_hash);
-  // A strategy that is left out changes no other: each has hands of its own.
+  // Leaving out a strategy does not change the others: each has its own hands.
   Scenario alone = scenario;
   alone.strategies = {StrategyKind::phase_locked};
   CHECK(strategy(run_all(alone), "phase_locked").trace_hash == strategy(first, "phase_locked").trace_hash);
-  // Another hand is another run.
+  // A different hand gives a different run.
   Scenario heavier = scenario;
   heavier.devices[1].hand->mass_kg *= 1.0001;
   CHECK(run_all(heavier).trace_hash != first.trace_hash);
@@ -57,7 +57,7 @@ TEST_CASE("a hand goes where its force sends it: another stiffness, another dela
 }
 
 TEST_CASE("energy, damping and stability tell a loop that gives energy from one that takes it") {
-  // An even 1 kHz loop on a spring is what direct would be without a visualization; here its bursts delay.
+  // Without visualizations `direct` would be an even 1 kHz loop on a spring. Here its bursts delay the force.
   const RunOutcome soft = run_scenario(read("closed-loop/price-remap.toml"), {});
   CHECK(metric_of(soft, "closed_loop.left.phase_locked", "stable") == 1);
   CHECK(metric_of(soft, "closed_loop.left.phase_locked", "energy_min") <

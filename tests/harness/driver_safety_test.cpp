@@ -1,5 +1,5 @@
-// The scenarios of scenarios/safety that name no driver, on the drivers whose samples have no number: what they expect holds
-// there, too. Those about reports have a twin for each of these drivers that is shipped.
+// The scenarios of scenarios/safety that name no driver, run on the drivers whose samples are not numbered: their
+// expectations hold there, too. For the scenarios about reports, a twin for each of these drivers is shipped.
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@ namespace {
 
 struct Driver {
   std::vector<std::string> set;
-  double motors_N = 0;         ///< what a force may differ by
-  double cuts_stale_hand = 0;  ///< what they may
+  double motors_N = 0;         ///< how far the largest force may be beyond its limits
+  double cuts_stale_hand = 0;  ///< how far the number of these cuts may be
   bool has_z = true;
 };
 
@@ -25,7 +25,7 @@ void guard_holds_above(const Driver& driver) {
     CHECK((outcome.exit == ExitCode::pass || outcome.exit == ExitCode::expectation_failed));
     for (const ExpectationResult& result : outcome.results) {
       INFO(result.metric << " " << result.detail);
-      if (result.metric == "lost") continue;  // positions have no number
+      if (result.metric == "lost") continue;  // samples are not numbered
       REQUIRE(result.value);
       const double allowed = result.metric == "motors_max"        ? driver.motors_N
                              : result.metric == "cuts_stale_hand" ? driver.cuts_stale_hand
@@ -44,8 +44,9 @@ void guard_holds_above(const Driver& driver) {
 }  // namespace
 
 TEST_CASE("what the guard does in the safety scenarios it does above evdev, too", "[sweep]") {
-  // Its axes end at 0.3 m. Nobody reports the hand: that is what two of them are about. A force is off by some counts of
-  // 100 N; and at the start the hand moves no count for longer than it may be unreported.
+  // The axes of this device end at 0.3 m. With `still = 0` a hand that is not reported is stale, which is what two of the
+  // scenarios are about. A force is off by some counts of 100 N. At the start the hand moves less than a count for longer
+  // than it may go unreported, hence one cut more.
   guard_holds_above({.set = {"device.left.driver=\"evdev\"",
                              "device.left.evdev={ travel = [\"0.6 m\", \"0.6 m\", \"0 m\"], full_scale = \"100 N\", gain = "
                              "1.0, still = \"0 s\" }"},

@@ -54,7 +54,8 @@ TEST_CASE("the least latencies are the closed form's, to the nanosecond") {
     CHECK(std::abs(hold[i].latency.ns - kHold_ns) <= 2);
     CHECK(std::abs(linear[i].latency.ns - kLinear_ns) <= 2);
     CHECK(std::abs(hold[i].lead.ns - 260'000) <= 2);  // h - V/N
-    // This phase (0): reads fall on the grid of 1/9 ms, the worst 1/9 ms before its tick: c = 0.111111 ms, L = 12.693333 ms.
+    // At this phase (0) reads fall on a grid of 1/9 ms. The worst one is 1/9 ms before its tick, so c = 0.111111 ms and
+    // L = 12.693333 ms.
     CHECK(std::abs(hold[i].sizing.this_phase.lead.ns - 111'111) <= 1);
     CHECK(std::abs(hold[i].sizing.this_phase.latency.ns - 12'693'333) <= 2);
   }
@@ -82,8 +83,8 @@ TEST_CASE("at the worst device phase the any-phase lead underruns nothing, and o
   const std::string file = "paper/figure-1-spring-hold.toml";
   const std::vector<StrategyPlan> plans = plan(read(file));
   const StrategyPlan& locked = plans[3];
-  // At the worst phase the step that set the lead reads exactly on a tick: a read 1 ns later needs the next one, and that
-  // comes 1 ns after the step began.
+  // At the worst phase the step that set the lead reads exactly on a tick. With a read time 1 ns later it would need the
+  // next tick, and that comes 1 ns after the step began.
   const auto& culprit = *std::find_if(locked.sizing.steps.begin(), locked.sizing.steps.end(),
                                       [&](const MappedStep& s) { return s.step == locked.sizing.any_phase.lead_culprit; });
   const std::int64_t read_ns = (culprit.slot - locked.lead).ns;

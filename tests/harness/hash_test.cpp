@@ -33,7 +33,7 @@ TEST_CASE("tissue: the hash does not depend on solver, threads, worker or work-g
   RunOptions worker;
   worker.control.worker_thread = true;
   CHECK(hash_of(small_tissue("opencl"), worker) == reference);
-  CHECK(hash_of(small_tissue("cpu-double")) != reference);  // other arithmetic: the hash would see it
+  CHECK(hash_of(small_tissue("cpu-double")) != reference);  // other arithmetic gives another hash
 }
 
 TEST_CASE("with jitter the hash is that of the seed") {

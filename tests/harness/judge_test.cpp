@@ -56,7 +56,7 @@ TEST_CASE("under a lower limit the worst of a star's signals is the smallest: on
   const RunOutcome outcome = outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"4 step\" }");
   CHECK(outcome.exit == ExitCode::expectation_failed);  // direct jumps by 5.4 steps, phase_locked by none
   CHECK(outcome.results[0].signal == "left.interaction.phase_locked");
-  // Between two limits it is the one that is nearer to its own.
+  // With two limits, the worst signal is the one that comes nearest to a limit.
   const RunOutcome both =
       outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"1e-9 step\", max = \"5.5 step\" }");
   CHECK(both.exit == ExitCode::pass);
@@ -65,7 +65,7 @@ TEST_CASE("under a lower limit the worst of a star's signals is the smallest: on
 
 namespace {
 
-/// 10 % jitter, and a lead and a latency under which nothing is late, or everything.
+/// 10 % jitter, with a lead and a latency for which either nothing is late or everything is.
 ExpectationResult judged_rate(const std::string& expectation, const std::string& latency) {
   const RunOutcome outcome = run_scenario(
       read("paper/figure-1-spring-hold.toml",
@@ -107,10 +107,10 @@ TEST_CASE("as many seeds are run as a clean record needs to pass") {
                         &seeds, &needed) == 4);
     CHECK(hit == 0);
     CHECK(segments >= needed);
-    CHECK(segments - segments / seeds < needed);  // and no seed more
+    CHECK(segments - segments / seeds < needed);  // no more seeds than needed
     uneven += segments > needed;
   }
-  CHECK(uneven > 0);  // or rounding was not seen
+  CHECK(uneven > 0);  // otherwise rounding to whole seeds was never tested
 }
 
 TEST_CASE("an unknown metric, or the unit step without a speed, is a scenario error before anything runs") {
@@ -147,7 +147,7 @@ TEST_CASE("energy and ideal twin are computed for the strategies that an expecta
     CHECK(all.metrics.at(solver).count("energy_growth") == 1);
     CHECK(some.metrics.at(solver).count("energy_growth") == (name == std::string("paper")));
     CHECK(all.metrics.at(force).count("deviation_from_ideal") == (name != std::string("ideal")));
-    // The run's own `ideal` is the twin of the two that remap; that of `direct` would be one more.
+    // The run's own `ideal` is the twin of the two strategies that remap. `direct` would need a twin of its own.
     const bool has_twin = name == std::string("paper") || name == std::string("phase_locked");
     CHECK(some.metrics.at(force).count("deviation_from_ideal") == has_twin);
     CHECK(strategy(all.record, name).trace_hash == strategy(some.record, name).trace_hash);

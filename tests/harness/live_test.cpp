@@ -132,7 +132,7 @@ TEST_CASE("what is replayed is read as of its head, however far the other lane h
   std::vector<DeviceInputs> inputs(1);
   for (std::int64_t k = 0; k < 30; ++k) {
     const DeviceSample sample{.read_at = ms(k), .position_m = {0.001 * static_cast<double>(k * k), 0, 0}, .fresh = true};
-    // The tick saw six forces; the step six samples.
+    // At each tick six forces had been written, at each step six samples.
     inputs[0].ticks.push_back({sample, ms(k), 6, static_cast<std::uint64_t>(k)});
     inputs[0].interaction_heads.push_back(6);
   }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-/// Looks only when the loop has ended: its rings are large enough for these runs.
+/// Looks only after the loop has ended. The rings are large enough for these runs.
 class LateViewer final : public LiveView {
  public:
   void begin(LoopWatch& loop, WallEpoch) override { loop_ = &loop; }
@@ -210,7 +210,7 @@ TEST_CASE("figures: quantiles of what was seen since the last time, counts that 
   CHECK(first.last.least_margin == Duration{2 * kMs});
   CHECK(first.devices[0].force_N == 0.5);
 
-  // Ticks 100 to 149 were dropped before they were seen, but ran; 160 and 161 never ran.
+  // Ticks 100 to 149 ran, but were dropped before anybody saw them. Ticks 160 and 161 never ran.
   for (std::int64_t k = 150; k < 160; ++k) figures.add(tick_at(k, 7, k + 1, 1));
   SeenTick after = tick_at(162, 2 * kMs, 161, 3);
   after.guard = GuardState::cut_speed;
@@ -232,7 +232,7 @@ TEST_CASE("figures: quantiles of what was seen since the last time, counts that 
   CHECK(second.whole.counts.ticks == 162);
   CHECK(second.whole.lateness_max == Duration{2 * kMs});
   CHECK(second.whole.least_margin == Duration{-kMs});
-  CHECK(second.devices[0].guard == GuardState::cut_speed);  // the worst since the last time, though it is over
+  CHECK(second.devices[0].guard == GuardState::cut_speed);  // the worst state since the last snapshot, although it has ended
   CHECK(second.dropped == 50);
 
   const LiveSnapshot none = figures.take(RealTime{5'000 * kMs}, 50);

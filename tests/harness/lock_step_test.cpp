@@ -1,4 +1,4 @@
-// The lanes on two schedulers, driven in lock step, give the events and the forces of one scheduler.
+// Lanes on two schedulers that are driven in lock step give the same events and forces as lanes on one scheduler.
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/simulated_devices.h"

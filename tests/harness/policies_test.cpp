@@ -44,8 +44,8 @@ std::int64_t count(const StrategyRecord& record, StepRead read) {
 }  // namespace
 
 TEST_CASE("a gate waits in all as long as the worst step must, and no longer", "[sweep]") {
-  // Step n needs the first tick at or after R(n) to be at or before S(n) + W(n), W what was waited before. So W rises to
-  // the largest of these needs and stays: reads do not move with the waits (the map is told work time).
+  // Step n needs the first tick at or after R(n) to be at or before S(n) + W(n), where W(n) is what was waited before step
+  // n. So W rises to the largest of these needs and stays there. Waits do not move the reads: the map counts work time only.
   for (const int percent : {0, 1, 10}) {
     const std::vector<std::string> timing = percent == 0 ? std::vector<std::string>{} : jitter(percent);
     const Scenario free = read(kSpring, with(timing, {"run.duration=\"10 s\"", "expect=[]"}));
@@ -88,8 +88,8 @@ TEST_CASE("a gated run loses as much time as it waited once, so that its segment
 }
 
 TEST_CASE("idle time takes up what a gate has waited: paced segments begin on their grid") {
-  // 15 steps of 1.3 ms leave 2.7 ms of idle time in each segment, more than any wait (a device period at most). The reads
-  // are as even as ever, so that each segment waits anew.
+  // 15 steps of 1.3 ms leave 2.7 ms of idle time in each segment. That is more than any wait (a device period at most). The
+  // reads are as even as without waits, so each segment has to wait again.
   const RunRecord run = run_all(read(kSpring, with({"timing.step=\"1.3 ms\""}, kGate)));
   for (const char* name : {"paper", "phase_locked"}) {
     const StrategyRecord& record = strategy(run, name);
@@ -110,7 +110,7 @@ TEST_CASE("the least latency of a gated schedule lets no force be late at this p
       const std::string latency = "remap.latency=\"" + std::to_string(least.latency.ns - less) + " ns\"";
       const RunRecord run = run_all(read("paper/figure-1-spring-hold.toml", with(base, {latency})));
       const RunRecord linear = run_all(read(kSpring, with(base, {latency})));
-      // The linear latency is a slot more than the step's own end needs: on the hold scene nothing is late by far.
+      // The linear latency is a slot more than the end of the step itself needs. With hold emission nothing is nearly late.
       CHECK(rows(strategy(run, "phase_locked"), UnderrunRow::Side::force).empty());
       CHECK(rows(strategy(linear, "phase_locked"), UnderrunRow::Side::force).empty());
     }
@@ -131,7 +131,8 @@ TEST_CASE("the any-phase latency of a gated schedule is what its worst phase nee
         read("paper/figure-1-spring-hold.toml",
              with(with(jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]", "run.duration=\"0.5 s\""}));
     const StrategyPlan any = plan(gated).front();
-    // The worst phase has a tick 1 ns before what some step reads, which then waits for the next. Each step's in turn.
+    // At the worst phase a tick comes 1 ns before the read time of some step, which then waits for the next tick. Every step
+    // is tried.
     const std::vector<MappedStep> steps = any.sizing.steps;
     REQUIRE(steps.size() > 100);
     Duration largest;
@@ -146,7 +147,7 @@ TEST_CASE("the any-phase latency of a gated schedule is what its worst phase nee
 }
 
 TEST_CASE("on the line that a hand moves on, extrapolation replaces every missing sample exactly") {
-  // Lead 0: periodic timing at phase 0 misses samples in every segment. Clamped, the newest sample is used.
+  // With lead 0, periodic timing at phase 0 misses samples in every segment. `clamp` then uses the newest sample.
   const std::vector<std::string> base{"remap.lead=\"0 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
   const RunOutcome clamped = run_scenario(read(kSpring, base), {});
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ interaction = \"extrapolate\" }"})), {});
@@ -215,9 +216,9 @@ TEST_CASE("predict has no latency and is exact on a line, its forces come on tim
 }
 
 TEST_CASE("after a dead stop predict runs on by its horizon, where a remap does not run on at all") {
-  // x = x0 + v t until the stop. Predicted over a window w from a newest sample at the stop: v times the distance of R to
-  // it. With hold emission the longest such distance is s + V (1 - 1/N) less what the newest sample is before S, and more
-  // than s: 0.5 mm at 0.5 m/s would be 1 ms; at 0.1 m/s it is 5 ms.
+  // x = x0 + v t until the stop. If the newest sample is the one at the stop, the prediction runs on by v times the time
+  // from that sample to R. With hold emission the longest such time is s + V (1 - 1/N) less the newest sample's distance
+  // before S, and it is more than s. An error of 0.5 mm takes 5 ms at 0.1 m/s.
   const std::vector<std::string> base{
       "run.strategies=[\"phase_locked\", \"predict\"]",
       "device.left.motion={ kind = \"ramp-stop\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\", "
@@ -265,10 +266,10 @@ TEST_CASE("a filter on the force changes no step") {
 TEST_CASE("variable steps keep simulation time beside real time") {
   const RunOutcome outcome = run_scenario(read(kSpring, {"run.strategies=[\"variable_step\"]", "expect=[]"}), {});
   const StrategyRecord& record = strategy(outcome.record, "variable_step");
-  for (const StepRow& step : record.steps) {  // summed: 1,800 roundings of 4 s
+  for (const StepRow& step : record.steps) {  // the sum of 1,800 rounded steps in 4 s
     REQUIRE(step.simulated == SimTime{(step.begin - record.steps[0].begin).ns});
   }
-  // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
+  // Over that time the hand moves evenly. What is left is the age of the newest sample, which is below 1 ms.
   CHECK(metric_of(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
 }
 
@@ -289,7 +290,7 @@ TEST_CASE("the ideal twin plays its forces as long after their reads as the late
       read(kSpring,
            {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}),
       {});
-  // 27 forces wait. On a line the force is the undelayed one of 60 ms ago: 200 N/m, 0.1 m/s.
+  // 27 forces wait. On a line the force is the one that was due 60 ms ago: 200 N/m, 0.1 m/s.
   CHECK(metric_of(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
   CHECK(metric_of(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
   CHECK(metric_of(outcome, "left.force.ideal", "velocity_jump") <= 1e-9);
@@ -325,5 +326,5 @@ TEST_CASE("a segment that a gate pushed back ends as much later as it began, in 
     REQUIRE(row.end - row.begin == programmed.end - programmed.begin);
     pushed += row.begin > programmed.begin;
   }
-  CHECK(pushed > 50);  // or nobody was pushed back
+  CHECK(pushed > 50);  // otherwise hardly any segment was pushed back, and nothing was tested
 }

@@ -50,7 +50,7 @@ TEST_CASE("A run that ends too early to tell of its recovery is an error that sa
 }
 
 TEST_CASE("A fault that lasts fails a time of recovery by name, also one with a minimum", "[sweep]") {
-  // The guard cuts the force of a device that reports nothing any more.
+  // The guard cuts the force of a device that has stopped reporting.
   const std::vector<std::string> lost{"run.strategies=[\"phase_locked\"]",
                                       "device.left.faults=[{ kind = \"lost\", at = \"2 s\", ticks = 2000 }]"};
   auto with = [&](const std::string& expectation) {
@@ -58,7 +58,7 @@ TEST_CASE("A fault that lasts fails a time of recovery by name, also one with a 
     set.push_back("expect=[" + expectation + "]");
     return run_scenario(read("safety/stale-hand.toml", set), {}).results.at(0);
   };
-  CHECK(with(wants("max = \"1 s\"")).verdict == Verdict::error);  // it is over when the run ends
+  CHECK(with(wants("max = \"1 s\"")).verdict == Verdict::error);  // the fault is over only when the run ends
   const std::vector<std::string> gone{"run.strategies=[\"direct\"]",
                                       "expect=[{ signal = \"left.force.direct\", metric = \"recovered\", equals = 0 }]"};
   const RunOutcome outcome = run_scenario(read("safety/inverse3-uncalibrated.toml", gone), {});
@@ -72,7 +72,7 @@ TEST_CASE("A fault that lasts fails a time of recovery by name, also one with a 
 
 TEST_CASE("A limit longer than what is left of a run that has not recovered is an error, a shorter one fails") {
   std::vector<std::string> set = stall("8 s", wants("max = \"2 s\""));
-  set.push_back("remap.lead=\"0 ms\"");  // so samples go missing in every segment, before the stall as well
+  set.push_back("remap.lead=\"0 ms\"");  // so samples are missing in every segment, also before the stall
   const ExpectationResult fails = judged(set);
   CHECK(fails.verdict == Verdict::fail);
   CHECK_THAT(fails.detail, Contains("never, within"));
@@ -173,7 +173,7 @@ TEST_CASE("A run on the wall clock is judged by the same rules, and its shadows 
   for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));
   INFO(outcome.failure);
   REQUIRE(outcome.results.size() == 1);
-  // How soon a loaded machine is smooth again nobody can say here; but it is a number, or never, and not nothing.
+  // Nobody can say how soon a loaded machine is smooth again. But the answer must be a number or "never", not nothing.
   for (const char* name : {"direct", "phase_locked"}) {
     const Recovery recovery = recovery_of(outcome.record, strategy(outcome.record, name), 0);
     INFO(name << ": " << recovery.why);
@@ -205,7 +205,7 @@ TEST_CASE("Outside of the disturbed time there are no hitches, spikes, regimes, 
     calm_segments += disturbed ? 0 : 1;
   }
   CHECK(calm_segments > 50);
-  // Until then it is the same run, to the nanosecond: the draws are the same, and the pace of the simulation is that of T.
+  // Until the disturbance both runs are the same to the nanosecond: they draw the same numbers, and T sets the pace of both.
   CHECK(std::equal(a.begin(), a.begin() + 30, b.begin()));
   CHECK(with.nominal.slot_s == without.nominal.slot_s);
 }
@@ -216,7 +216,7 @@ bool is_endless(const ProgrammedFault& fault) {
   return fault.over == ProgrammedFault::Over::never && fault.name.starts_with("timing.");
 }
 
-/// The shipped scenario of the folder `recovery` that ends what this one does not.
+/// The folder `recovery` has a scenario that extends this one and ends the fault that never ends here.
 bool has_end_elsewhere(const std::filesystem::path& file) {
   const std::filesystem::path other = shipped("recovery/" + file.filename().string());
   std::ifstream text(other);

@@ -1,5 +1,5 @@
-// The haptic loop is the Remapper: told of a run's ticks, segments and steps, it reads, emits and plays the run's very
-// numbers.
+// The haptic loop does what a Remapper does: told of a run's ticks, segments and steps, a Remapper gives exactly the read
+// times, emission times and forces of the run.
 
 #include "evenstep/remap/remapper.h"
 
@@ -28,7 +28,7 @@ RemapperOptions options_of(const Scenario& scenario, const StrategyPlan& plan) {
   return options;
 }
 
-/// The events of a run in the order in which they happened: an end, then a tick, then what begins.
+/// The events of a run in the order in which they happened: at one instant ends come first, then ticks, then beginnings.
 enum class What { step_end, tick, segment, step_begin };
 using Happened = std::tuple<RealTime, What, std::size_t>;
 std::vector<Happened> events_of(const StrategyRecord& run) {
@@ -44,7 +44,7 @@ std::vector<Happened> events_of(const StrategyRecord& run) {
   return events;
 }
 
-/// How many numbers of the run are other ones here.
+/// How many numbers differ between the run and the Remapper.
 struct Differences {
   std::int64_t slots = 0, positions = 0, emissions = 0, forces = 0;
 };

@@ -40,7 +40,7 @@ TEST_CASE("on a spring every strategy that renders locally sends the force of no
       INFO(motion << " " << record.name);
       CHECK(largest_error(local, record.name) <= 1e-13 * 200);  // rounding of 200 N/m times less than 0.1 m
       if (record.name != "predict") CHECK(largest_error(plain, record.name) >= 0.02);  // an even motion is predicted exactly
-      // What the solver sees is the same, bit for bit: only the device's side is another.
+      // The solver sees the same positions, bit for bit. Only the device's side differs.
       const StrategyRecord& same = strategy(plain, record.name);
       REQUIRE(record.steps.size() == same.steps.size());
       for (std::size_t n = 0; n < same.steps.size(); ++n) {
@@ -105,7 +105,7 @@ TEST_CASE(
     const StrategyPlan remap = plan(weak).front();
     CHECK(loop_delays(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
     CHECK(loop_record(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
-    // Of the 200 N/m that are wanted the device renders what it can, to a count of the coefficient: 5 mN/m.
+    // The device renders as much of the wanted 200 N/m as it can, to within a count of the coefficient, 5 mN/m.
     CHECK(measure(run_all(weak)).at("closed_loop.left.phase_locked").at("spring_share") ==
           Approx(own_N_per_m / 200).margin(5e-4));
   }
@@ -122,8 +122,8 @@ TEST_CASE("a tissue's stiffness along the axes is rendered by the device, the re
   REQUIRE(a.size() == b.size());
   for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k].force_N == b[k].force_N);
   const double share = measure(sprung).at("closed_loop.left.phase_locked").at("spring_share");
-  CHECK(share > 0);  // the diagonal of the local stiffness
-  CHECK(share < 1);  // what couples the axes
+  CHECK(share > 0);  // the device renders the diagonal of the local stiffness
+  CHECK(share < 1);  // but not what couples the axes
 }
 
 TEST_CASE("alpha under a local spring: too soft leaves its share of the latency's error, too stiff makes up for more") {
@@ -133,7 +133,7 @@ TEST_CASE("alpha under a local spring: too soft leaves its share of the latency'
     return largest_error(run_all(scenario), "phase_locked");
   };
   const double late_N = 200 * 0.1 * 0.015064446;  // k v L
-  // The newest position read is up to 1 ns off its time: 1e-10 m.
+  // The time of the newest position that was read is up to 1 ns off, which makes 1e-10 m.
   CHECK(error("0.9") == Approx(0.1 * late_N).margin(1e-7));
   CHECK(error("1.5") == Approx(0.5 * late_N).margin(1e-7));
 }
@@ -174,10 +174,11 @@ TEST_CASE("the delays of a loop: the map's latency and what a tick holds, of bur
     INFO(name_of(plan.kind));
     CHECK(loop.period_s == 1e-3);
     if (plan.kind == StrategyKind::direct) {
-      // Of a step's force: s when it comes, played for s fourteen times and for V + s once; and a sample of half a tick.
+      // A step's force is s old when it comes, and is played for s (fourteen times) or for V + s (once). Its sample is half
+      // a tick old on average. As with every strategy, half a tick is added because a tick holds its force.
       const double s = (1.0 / 30 - 11.1e-3) / 15, last = 11.1e-3 + s;
       const double played = s + (14 * s * s + last * last) / 2 * 30;
-      CHECK(loop.scheduled_s == Approx(played + 1e-3).margin(5e-5));  // the ticks' phase against the segments': 3 of them
+      CHECK(loop.scheduled_s == Approx(played + 1e-3).margin(5e-5));  // segments begin at 3 phases of the tick only
     } else {
       CHECK(loop.scheduled_s == Approx(seconds(plan.latency) + 0.5e-3).epsilon(1e-12));
     }
@@ -212,21 +213,23 @@ TEST_CASE("a force that answers a clamped position says so: a model of the tissu
   double differ_N = 0;
   for (std::size_t k = 500; k < clamped.size(); ++k)
     differ_N = std::max(differ_N, std::abs(clamped[k].force_N[0] - in_time[k].force_N[0]));
-  // A position 0.11 ms too old at 0.19 m/s, taken for one in time, is 21 um of 400 N/m: up to 8.4 mN. What is left is the
-  // way of the tissue's mass in those 0.11 ms, a tenth of the hand's at most: (0.5 Hz / 3 Hz)^2 and the first swing.
+  // At 0.19 m/s a position that is 0.11 ms too old is off by 21 um; if it were taken as up to date, 400 N/m would make up to
+  // 8.4 mN of it. What remains is the way that the tissue's mass moves in those 0.11 ms. That is at most a tenth of the
+  // hand's way: (0.5 Hz / 3 Hz)^2 and the first swing.
   CHECK(differ_N < 2e-3);
 }
 
 TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean age of a burst counts it so") {
   // Segments of 20 ms: 2 ms of visualization and nine steps of 2 ms, all on whole milliseconds. Eight forces are played from
-  // 2 to 4 ms after their sample, the ninth from 2 to 6: (8 x 2 x 3 + 4 x 4) / 20 = 3.2 ms, and half a tick.
+  // 2 to 4 ms after their sample, the ninth from 2 to 6 ms. The mean age is (8 x 2 x 3 + 4 x 4) / 20 = 3.2 ms, plus half a
+  // tick.
   const std::vector<std::string> even{"timing.segment=\"20 ms\"",   "timing.visualization=\"2 ms\"", "timing.steps=9",
                                       "timing.step=\"2 ms\"",       "run.duration=\"2 s\"",          "expect=[]",
                                       "run.strategies=[\"direct\"]"};
   const Scenario scenario = read("paper/figure-1-spring.toml", even);
   const LoopDelays loop = loop_delays(scenario, plan(scenario).front(), scenario.devices[0]);
   CHECK(loop.scheduled_s == Approx(3.7e-3).epsilon(2e-3));  // the first and the last force of 100 segments
-  // As the run plays it: each tick's force answers the sample of the newest step that has ended.
+  // The same from the run itself: each tick's force answers the sample of the newest step that has ended.
   const RunRecord run = run_all(scenario);
   const StrategyRecord& direct = strategy(run, "direct");
   double age_s = 0;
@@ -324,7 +327,7 @@ TEST_CASE("a tissue says what it would have answered without delay where an expe
   CHECK(measure(plain).at("left.force.phase_locked").count("error_share") == 0);
   const auto values = measure(asked);
   CHECK(plain.trace_hash == asked.trace_hash);
-  // The twin of the paper's figure moves by itself at 10 mm/s: late by 15 ms of it, and ahead by nothing.
+  // The twin of the paper's figure moves by itself at 10 mm/s. Its force is 15 ms of this motion late and never ahead.
   CHECK(values.at("left.force.phase_locked").at("error_share") > 0.001);
   CHECK(values.at("left.force.phase_locked").at("error_share") < 0.2);
 }

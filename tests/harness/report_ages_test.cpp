@@ -1,4 +1,5 @@
-// What the age of a report does to a run: with the time of its read, and with the time at which its position was taken.
+// What the age of reports does to a run if a sample carries the time at which it was read, and if it carries the time at
+// which its position was taken.
 
 #include <cmath>
 
@@ -57,7 +58,7 @@ TEST_CASE("an age that is not followed is an error of velocity times age, and it
     if (most > least) CHECK(off_m >= 0.3 * (most - least) * tick_m);
     CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);  // nobody knows
 
-    // Followed, what is left of the error is the part of the least age that nobody has said: 1 ms less 0.3 ms.
+    // With ages followed, the error that remains comes from the part of the least age that nobody told: 1 ms less 0.3 ms.
     const RunOutcome taken = run(with_ages(jitter));
     CHECK(metric_of_left(taken, "interaction", "deviation_max") <= 1e-6 * kStep_m);
     CHECK(metric_of_left(taken, "interaction", "velocity_jump") <= 1e-6 * kStep_m);
@@ -99,19 +100,20 @@ TEST_CASE(
   CHECK(metric_of_left(arrival, "interaction", "deviation_max") > 0.3 * kSpeed_m_per_s * 1e-3);
   CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);
   const RunOutcome taken = run(evdev(moving, {}));
-  // Half a count, an event's time cut to whole microseconds, and rounding.
+  // Half a count, the time of an event cut to whole microseconds, and rounding.
   CHECK(metric_of_left(taken, "interaction", "deviation_max") <= 0.51 * kCount_m + 1e-6 * kSpeed_m_per_s);
   CHECK(metric_of_left(taken, "interaction", "velocity_jump") <= 0.05 * kStep_m);
   CHECK(metric_of_left(taken, "interaction", "underruns") == 0);
   CHECK(metric_of_left(taken, "force", "ages_capped") == 0);
-  // It moves for a tenth of a second, holds for two, in which nothing is told, and moves again.
+  // The hand moves for a tenth of a second, then holds still without any event, then moves again.
   const char* const halting =
       "{ kind = \"stick-slip\", velocity = [\"1 mm/s\", \"0 m/s\", \"0 m/s\"], stick = \"0.9 s\", slip = \"0.1 s\" }";
   const RunOutcome halts = run(evdev(halting, {}));
   CHECK(metric_of_left(halts, "interaction", "underruns") == 0);
   CHECK(metric_of_left(halts, "force", "ages_capped") == 0);
   CHECK(metric_of_left(halts, "force", "stale") > 1000);
-  // A shorter interval than the device's says that it holds still between two reports: a report's distance off the line.
+  // If the scenario gives a shorter interval than the device has, the hand seems to hold still between two reports. Its
+  // positions are then off the line by the way between two reports.
   const RunOutcome hasty = run(
       evdev(moving, {"device.left.evdev.report_interval=\"0.01 ms\"", "device.left.rate=\"4 kHz\"",
                      "device.left.report_age=\"0 ms\"", "device.left.report_age_jitter=\"0 ms\"",

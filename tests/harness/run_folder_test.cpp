@@ -1,4 +1,4 @@
-// The run folder: whole or not at all.
+// The run folder is written completely or not at all.
 
 #include "evenstep/harness/run_folder.h"
 
@@ -39,7 +39,7 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
   const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   const RunOutcome outcome = run_scenario(scenario, {});
   const std::string folder = (temporary.path / "run").string();
-  for (int again = 0; again < 2; ++again) {  // the second time it replaces its own
+  for (int again = 0; again < 2; ++again) {  // the second run replaces the folder of the first
     CHECK(run_folder_objection(folder) == "");
     CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
     CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
@@ -47,7 +47,7 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
                                                     "resolved.toml", "figure-1a-left.svg", "figure-1b-left.svg",
                                                     "figure-2to4.svg", "error-over-time.svg", "underruns.csv",
                                                     "report.html"});
-    for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() >= 45);  // a header alone
+    for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() >= 45);  // at least a header
   }
 }
 
@@ -130,7 +130,7 @@ TEST_CASE("the timing of a run replays to the same steps") {
   const auto& first = outcome.record.strategies[0].steps;
   const RunRecord replayed_run = run_all(*again);
   const auto& second = replayed_run.strategies[0].steps;
-  REQUIRE(second.size() + 1 >= first.size());  // the trace ends with the last step: its completion is not before the end
+  REQUIRE(second.size() + 1 >= first.size());  // the trace may lack the last step, which completes after the end
   for (std::size_t n = 0; n < second.size(); ++n) {
     REQUIRE(first[n].begin == second[n].begin);
     REQUIRE(first[n].end == second[n].end);
@@ -157,7 +157,7 @@ TEST_CASE("a visualization beside the steps begins in the record when it began, 
     REQUIRE(row.end == programmed.end);
     for (const StepRow& step : direct.steps) within_a_step += step.begin < row.begin && row.begin < step.end;
   }
-  CHECK(within_a_step > 10);  // where the two differ
+  CHECK(within_a_step > 10);  // segments for which measured and programmed rows could differ
 }
 
 TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, metrics and verdicts", "[sweep]") {

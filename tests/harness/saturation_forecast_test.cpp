@@ -1,4 +1,4 @@
-// What `check` foretells about saturation is what the run meets.
+// The saturation that `check` predicts is the one that the run meets.
 
 #include "evenstep/harness/saturation_forecast.h"
 #include "scenarios.h"
@@ -29,7 +29,7 @@ TEST_CASE("what is foretold of a straight motion is met in the run, a latency la
            {{moving_at("0.1 m/s"), "run.duration=\"22 s\""}, {clamp, device_position}},
            {{moving_at("0.1 m/s"), "run.duration=\"22 s\"", "scene.stiffness=\"10 N/m\""}, {device_position}},
            {{moving_at("0.1 m/s"), "run.duration=\"600 s\"", "scene.stiffness=\"10 N/m\"", "run.keep=\"summary\""},
-            {device_position}},  // which keeps the force below the clamp
+            {device_position}},  // the end of the axis keeps the force below the clamp
            {{moving_at("0.1 m/s"), "device.left.slew_limit=\"10 N/s\""}, {slew}},
            {{moving_at("0.1 m/s"), "device.left.guard={ speed_limit = \"0.05 m/s\" }"}, {cut}},
            {{moving_at("0.1 m/s"), pid,
@@ -38,7 +38,7 @@ TEST_CASE("what is foretold of a straight motion is met in the run, a latency la
            {{moving_at("0.1 m/s"), pid,
              "device.left.pid={ travel = [\"0.2 m\", \"0.2 m\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0 }"},
             {device_position}},
-           {{"run.duration=\"30 s\""}, {}}}) {  // as shipped: back and forth
+           {{"run.duration=\"30 s\""}, {}}}) {  // the shipped motion: back and forth
     std::vector<std::string> set = one.set;
     set.push_back("run.strategies=[\"phase_locked\"]");
     set.push_back("expect=[{ signal = \"left.force.phase_locked\", metric = \"jump_max\", max = \"1 kN\" }]");
@@ -56,7 +56,7 @@ TEST_CASE("what is foretold of a straight motion is met in the run, a latency la
       const auto& parts = found.at("left.force.phase_locked").parts;
       const auto met = std::find_if(parts.begin(), parts.end(), is_cause);
       REQUIRE(met != parts.end());
-      CHECK(met->first + Duration{5'000'000} >= told->first);  // a count of the device early, or a speed over 5 ms
+      CHECK(met->first + Duration{5'000'000} >= told->first);  // a count of the device early, or 5 ms for a speed
       CHECK(met->first <= told->first + Duration{50'000'000});
     }
     const bool must_fail = !foretold_errors(scenario, plan(scenario), foretold).empty();

@@ -1,4 +1,4 @@
-// A signal that met a limit is smooth whatever drives it: its shape is not judged, whatever the limit.
+// A signal at a limit is smooth whatever drives it. So its shape is not judged there, whichever limit it is.
 
 #include <random>
 
@@ -31,12 +31,12 @@ RunOutcome outcome_of(std::vector<std::string> set) {
   return outcome;
 }
 
-/// What a run of two seconds does under these settings, with an expectation on the force and one on the interaction that
-/// any straight line meets.
+/// Settings for a run of two seconds, and the saturation that they cause. The run has one expectation on the force and one
+/// on the interaction; any straight line meets both.
 struct Limited {
   std::vector<std::string> set;
   SaturationCause cause;
-  bool interaction = false;  ///< it saturates the interaction too
+  bool interaction = false;  ///< true if the interaction saturates too
 };
 
 const std::vector<Limited> kLimited{
@@ -132,8 +132,8 @@ TEST_CASE("the damping that a limited force renders is not judged either") {
 
 TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whatever the turns, the latency and the device",
           "[sweep]") {
-  // Periodic timing: each straight piece is a line. One sample of a turn among those judged would bend it by up to
-  // 3 v / turn slot^2, 1e-2 steps and more.
+  // The timing is periodic, so each straight piece is a line. A single sample of a turn among the judged ones would bend it
+  // by up to 3 v / turn slot^2, which is 1e-2 steps and more.
   std::mt19937_64 random(7);
   const auto pick = [&](std::uint64_t from, std::uint64_t to) { return std::to_string(from + random() % (to - from + 1)); };
   for (int i = 0; i < 60; ++i) {
@@ -152,7 +152,7 @@ TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whateve
     for (const std::string& line : set) UNSCOPED_INFO(line);
     const auto& steps = outcome.metrics.at("left.interaction.phase_locked");
     const auto& ticks = outcome.metrics.at("left.force.phase_locked");
-    // Instants are whole nanoseconds: 4.5e-7 step each (docs/numerics.md), of two neighbouring slots.
+    // Instants are whole nanoseconds. Each of two neighbouring slots is off by up to 4.5e-7 step (docs/numerics.md).
     const double step_m = 0.1 / 450, step_N = 200 * step_m, floor = 1e-6;
     CHECK(steps.at("velocity_jump") <= floor * step_m);
     CHECK(steps.at("deviation_max") <= floor * step_m);
@@ -160,7 +160,7 @@ TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whateve
     CHECK(ticks.at("velocity_jump") <= (emission == "hold" ? 1 + floor : floor) * step_N);
     CHECK(ticks.at("deviation_max") <= (emission == "hold" ? 0.55 : floor) * step_N);
     CHECK(ticks.at("saturated") == 0);
-    // And no more is left out than the turn, and what a step or a tick is made of: the latency and some periods.
+    // No more is left out than the turn and the time that goes into a step or a tick: the latency and some periods.
     const Nominal::Turns turns = *outcome.record.nominal.devices[0].turns;
     const double period_s = seconds(turns.straight + turns.turn);
     const double left_out_s = seconds(turns.turn) + seconds(strategy(outcome.record, "phase_locked").latency.latency) + 0.03;
@@ -170,8 +170,8 @@ TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whateve
 }
 
 TEST_CASE("what a filter or a predictor still remembers of a turn is not judged") {
-  // Even steps without a visualization, each at the same time after a tick: once a turn has settled, a filter and a
-  // predictor follow a line exactly.
+  // Even steps without visualizations, each at the same time after a tick. Some time after a turn, a filter and a predictor
+  // follow a line exactly.
   for (const char* filter : {"{ kind = \"butterworth\", cutoff = \"10 Hz\", on = \"interaction\" }",
                              "{ kind = \"butterworth\", cutoff = \"10 Hz\", on = \"force\" }",
                              "{ kind = \"moving-average\", window = \"1 segment\", on = \"interaction\" }",
@@ -189,7 +189,7 @@ TEST_CASE("what a filter or a predictor still remembers of a turn is not judged"
       INFO(name);
       const auto& steps = outcome.metrics.at(std::string("left.interaction.") + name);
       CHECK(steps.at("straight") > 1000);
-      // A predictor goes on by some slots from samples that are up to 1 ns off.
+      // A predictor extrapolates by some slots from samples that are up to 1 ns off.
       CHECK(steps.at("velocity_jump") / (0.1 / 450) <= 3e-5);
     }
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Scenarios for tests: shipped files, or small ones written here, but never copies of shipped ones.
+// Scenarios for tests: shipped files or small ones written here, never copies of shipped ones.
 
 #include <catch2/catch.hpp>
 #include <string>

@@ -1,4 +1,4 @@
-// However a run ends, its simulated devices do not drive any more; or the run has failed, and says which one does.
+// However a run ends, its simulated devices do not drive afterwards. If one does, the run has failed and says which.
 
 #include <map>
 
@@ -10,7 +10,7 @@ using namespace evenstep::test;
 namespace {
 
 const std::vector<std::string> kDrivers{"reference", "pid"};
-/// Everything that the host writes from `at` on is lost, the stop as well.
+/// From `at` on, everything that the host writes is lost, including the stop.
 std::string lost_from(const std::string& at) {
   return "device.left.faults=[{ kind = \"write-lost\", at = \"" + at + "\", amount = 100000 }]";
 }
@@ -70,7 +70,7 @@ TEST_CASE("an interrupt that the scenario does not expect fails and one that doe
   const RunOutcome unexpected = run_with("exit-pid", {"run.interrupt=\"1 s\""});
   CHECK(unexpected.exit == ExitCode::run_failed);
   CHECK_THAT(unexpected.failure, Catch::Contains("interrupted at 1 s"));
-  // In the last 20 ms nobody hears it any more.
+  // In the last 20 ms an interrupt comes too late: the run goes to its end.
   const RunOutcome late = run_with("signal-pid", {"run.interrupt=\"3.985 s\"", "expect=[]"});
   CHECK(late.exit == ExitCode::expectation_failed);
   CHECK_THAT(late.failure, Catch::Contains("ran to its end"));
@@ -120,7 +120,7 @@ TEST_CASE("on a wall clock simulated devices do not drive after the run either")
     CHECK(outcome.exit == ExitCode::pass);
     CHECK(strategy(outcome.record, "phase_locked").devices.at(0).counters.at("motors_left") == 0);
   }
-  // Its effects were made before the first tick; the stop comes after it.
+  // The effects were made before the first tick. The stop comes after it and is lost.
   set.push_back(lost_from("0 s"));
   const RunOutcome lost = run_scenario(read("safety/exit-pid.toml", set), options);
   CHECK(lost.exit == ExitCode::run_failed);

@@ -1,4 +1,4 @@
-// Runs that must not go to their end: unstable steps, divergence, interrupts.
+// Runs that must stop before their end: unstable steps, divergence, interrupts.
 
 #include "scenarios.h"
 

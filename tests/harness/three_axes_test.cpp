@@ -1,4 +1,5 @@
-// The closed loop on a lattice: along one axis the law of one spring, two hands, contact that is made, slides and is left.
+// The closed loop on a lattice: along one axis it follows the law of one spring; two hands; contact that begins, slides and
+// ends.
 
 #include <fmt/format.h>
 

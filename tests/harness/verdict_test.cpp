@@ -1,4 +1,4 @@
-// What a run as a whole says: pass, none, degraded, fail or error; and what is known before it.
+// The verdict of a whole run: pass, none, degraded, fail or error; and what is known of it before the run.
 
 #include "evenstep/harness/foresee.h"
 
@@ -61,7 +61,7 @@ TEST_CASE("what fails only because the machine was late is degraded, and exits w
   CHECK(outcome.results.at(2).verdict == Verdict::skipped);
   options.allow_degraded = true;
   CHECK(outcome_of(kFailsOnWall, options).exit == ExitCode::pass);
-  // A failure stays one.
+  // A failure stays a failure.
   const RunOutcome failed =
       outcome_of(kFailsOnWall + ", { signal = \"run\", metric = \"strategies\", equals = 6 }", options);
   CHECK(failed.verdict == RunVerdict::fail);
@@ -83,7 +83,7 @@ TEST_CASE("on a wall clock the counts add up on any machine: ticks run and misse
   Duration most;
   for (const TickRow& tick : ticks) most = std::max(most, tick.lateness);
   CHECK(values.at("lateness_max") == Approx(seconds(most)).epsilon(1e-12));
-  // No tick lies less than a period after the one before, so of those in between some ran or are counted as missed.
+  // Ticks are at least a period apart, so every tick in between either ran or is counted as missed.
   CHECK(values.at("lateness_p50") > 0);
 }
 
@@ -127,7 +127,7 @@ TEST_CASE("a late force that is foreseen fails in the run, at the same steps, an
         if (failures.empty()) continue;
         CHECK(*failures[0].value == *outcome.results[0].value);
         CHECK(failures[0].where == outcome.results[0].where);
-        // What would do does.
+        // The values that "would do" according to the message do make the run pass.
         const std::string& where = failures[0].where;
         const std::size_t latency = where.rfind("latency "), lead = where.rfind("lead "), ms = where.rfind(" ms would do");
         REQUIRE(latency < ms);

@@ -96,7 +96,7 @@ TEST_CASE("visualization: a live run that burns takes about as long as it says, 
   CHECK(outcome.exit == ExitCode::pass);
   const StrategyRecord& run = strategy(outcome.record, "phase_locked");
   REQUIRE(run.segments.size() > 1);
-  // How much longer is the machine's affair; a launch may end 20 us too early.
+  // How much longer it takes depends on the machine. A launch may end 20 us too early.
   for (std::size_t k = 0; k + 1 < run.segments.size(); ++k) {
     const auto& [begin, end] = *run.segments[k].visualization;
     CHECK(end - begin > Duration{3'900'000});
@@ -114,7 +114,8 @@ TEST_CASE("visualization: a governor gives a virtual run the same hash whatever 
   const auto& values = pause.metrics.at("solver.phase_locked");
   CHECK(values.at("drawing_pause_max") == Approx(3e-3).epsilon(1e-12));
   CHECK(values.at("drawings_left_out") > 0);
-  // 11.1 ms in pauses of 3 ms are four pauses, so a drawing every two segments of 28.2 ms: four or five in the judged span.
+  // A drawing of 11.1 ms takes four pauses of 3 ms, so there is one drawing every two segments of 28.2 ms: four or five in
+  // the judged span.
   CHECK(values.at("drawing_rate") == Approx(17.7).epsilon(0.25));
 }
 
@@ -134,7 +135,7 @@ TEST_CASE("visualization: a live run draws in the parts that its governor asks f
     for (std::size_t k = 0; k + 1 < run.segments.size(); ++k) CHECK(run.segments[k].finishes == (k % 3 == 2));
   }
   SECTION("a budget that no drawing keeps to") {
-    live.push_back("timing.governor={ budget = \"1 us\" }");  // a thirtieth of a drawing is always made
+    live.push_back("timing.governor={ budget = \"1 us\" }");  // each pause draws at least a thirtieth
     const RunOutcome outcome = run_with(tissue_with("render 11.1 ms", live, true), ClockKind::wall, true);
     INFO(outcome.failure << outcome.repeat_difference);
     CHECK(outcome.exit == ExitCode::pass);

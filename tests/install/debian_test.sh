@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# debian_test.sh SOURCE_DIR BUILD_DIR : makes the Debian packages of the build, and installs, uses and removes them in a
-# Debian 12 of its own below the temporary folder. Exit status 77 where that cannot be made: it needs root, debootstrap and a
-# network, and minutes for the download.
-# debian_test.sh commands : how the packages are made, as docs/install.md has it
+# debian_test.sh SOURCE_DIR BUILD_DIR : makes the Debian packages of the build, and installs, uses and removes them in a new
+# Debian 12 below the temporary folder. Exit status 77 where that cannot be made: it needs root, debootstrap and a network,
+# and minutes for the download. debian_test.sh commands : prints how the packages are made, as in docs/install.md
 set -euo pipefail
 commands=$'cmake --preset release\ncmake --build build\ncpack --config build/CPackConfig.cmake -B packages'
 if [[ $1 == commands ]]; then
@@ -31,13 +30,13 @@ clean_up() {
   rm -rf -- "$work"
 }
 trap clean_up EXIT
-cache=/var/cache/apt/archives   # what this machine has downloaded need not be downloaded again
+cache=/var/cache/apt/archives   # packages that this machine has downloaded already
 debootstrap --variant=minbase --cache-dir="$cache" bookworm "$debian" "$mirror" >"$work/log" 2>&1 ||
   { tail -n 5 -- "$work/log"; skip "debootstrap could not make a Debian 12: is there a network?"; }
 cp -l -- "$cache"/*.deb "$debian/var/cache/apt/archives/" 2>/dev/null || true
 cp -L /etc/resolv.conf "$debian/etc/" 2>/dev/null || true
 apt-config dump | grep -iE '^Acquire::[a-z]+::Proxy ' >"$debian/etc/apt/apt.conf.d/proxy" || true
-# PoCL looks there for processors and memory.
+# PoCL looks for processors and memory there.
 mount -t proc proc "$debian/proc" && mount -t sysfs -o ro sysfs "$debian/sys" || skip "proc and sys cannot be mounted"
 environment=(env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive)
 within() { chroot "$debian" "${environment[@]}" "$@"; }
@@ -55,7 +54,7 @@ listing() {
 }
 
 quietly within apt-get update
-# What the packages stand on comes first, so that afterwards exactly theirs must be gone.
+# The dependencies of the packages come first, so that after removal exactly what the packages brought must be gone.
 quietly within sh -c 'apt-get install -y --no-install-recommends g++ cmake ninja-build ocl-icd-libopencl1 pocl-opencl-icd \
   libhidapi-hidraw0 $(dpkg-deb --field /packages/evenstep_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g") \
   $(dpkg-deb --field /packages/libevenstep-dev_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g")'

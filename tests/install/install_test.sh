@@ -11,7 +11,7 @@ cd -- "$here"
 
 fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
 quietly() { "$@" >"$here/log" 2>&1 || { cat "$here/log"; fail "$*"; }; }
-# refused TEXT COMMAND... : it fails, and says TEXT (line breaks aside)
+# refused TEXT COMMAND... : the command fails and says TEXT (line breaks do not matter)
 refused() {
   local text=$1
   shift
@@ -19,7 +19,7 @@ refused() {
   tr -s ' \n' ' ' <log | grep -qF -- "$text" || { cat log; fail "it does not say '$text': $*"; }
 }
 
-# Other people's packages that evenstep uses, switched off: as on a machine that has only a compiler and CMake.
+# Switches off the packages of others that evenstep uses, as on a machine that has only a compiler and CMake.
 without_packages=()
 for package in fmt spdlog glm tomlplusplus CLI11 nlohmann_json Boost; do
   without_packages+=(-D "CMAKE_DISABLE_FIND_PACKAGE_$package=ON")
@@ -31,7 +31,7 @@ case_goes_into_a_clean_prefix() {
   for component in runtime dev; do
     quietly cmake --install "$build_dir" --component "$component" --prefix "$work/a prefix"
   done
-  # Whatever has the path of the prefix, or of the build, in it will not be found in the other cases.
+  # After the move, nothing that relies on the path of the prefix or of the build works in the other cases.
   mv -- "$work/a prefix" "$prefix"
   ! grep -rlIF -e "$work/a prefix" -e "$build_dir" -e "$source_dir" -- "$prefix" || fail "installed files with such a path"
 }
@@ -45,7 +45,7 @@ case_the_program_has_a_version_and_finds_its_scenarios() {
   grep -q PASS log || { cat log; fail "no verdict"; }
   quietly "$prefix/bin/evenstep" list
   grep -q 'a moved prefix/share/evenstep/scenarios/paper/figure-1.toml' log || { cat log; fail "list finds no scenario"; }
-  mkdir -p scenarios/paper   # what is here comes first
+  mkdir -p scenarios/paper   # a scenario in the current folder takes precedence
   echo 'format = 2' >scenarios/paper/figure-1-spring.toml
   refused 'scenarios/paper/figure-1-spring.toml:1' "$prefix/bin/evenstep" run scenarios/paper/figure-1-spring.toml
 }
@@ -94,7 +94,7 @@ case_pkg_config_finds_it() {
   [[ $(./my_evenstep --version) == "$version" ]] || fail "the program does not run"
 }
 
-# A project with settings of its own, which adds evenstep as a folder.
+# A project with its own settings that adds evenstep as a folder.
 case_a_parent_keeps_its_settings_and_targets() {
   cat >CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)
@@ -163,7 +163,7 @@ END
   quietly cmake --install build --prefix "$here/prefix"
   [[ ! -e prefix/include ]] || fail "the parent's installation has evenstep in it"
 }
-# With neither packages nor anything else than a compiler; the parent's flags are harsh.
+# There are no packages, only a compiler. The parent's flags are strict.
 case_fetchcontent_builds_clock_scheduler_and_remap_with_a_compiler_alone() {
   cat >CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)
@@ -192,14 +192,14 @@ case_components_that_are_not_there_and_tests_of_a_part_are_refused() {
   quietly cmake -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF -D EVENSTEP_INVERSE3=OFF \
     -D EVENSTEP_DRAW=OFF -D EVENSTEP_PROFILES=OFF -D EVENSTEP_SCOPE=OFF -D CMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER
 }
-# The commands of docs/install.md, as they stand there, and the project that its listings make.
+# The commands of docs/install.md, exactly as they are there, and the project that its listings make.
 case_the_page_says_what_works() {
   source "$source_dir/tests/install/page.sh"
 }
 # use_example FOLDER
 use_example() {
   cp -r -- "$1" example
-  quietly cmake -S example -B build -D CMAKE_PREFIX_PATH="$prefix"   # what it says does not depend on optimisation
+  quietly cmake -S example -B build -D CMAKE_PREFIX_PATH="$prefix"   # its output does not depend on optimization
   quietly cmake --build build
   PATH=$prefix/bin:$PATH quietly ctest --test-dir build --no-tests=error --output-on-failure
 }

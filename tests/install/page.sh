@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2154
-# The commands and listings of docs/install.md, run as they stand there, in the home of a user who has nothing yet. Sourced
-# by install_test.sh. Only what builds all of evenstep is not run again: of that block the last line.
+# Runs the commands and listings of docs/install.md exactly as they are there, in the home of a user who has nothing yet.
+# install_test.sh sources this file. Only the block that builds all of evenstep is not run again, except for its last line.
 page=$source_dir/docs/install.md
 
 # block NAME : the lines of the block below <!-- page: NAME -->
@@ -22,7 +22,7 @@ mkdir -p elsewhere
 
 mkdir source
 tar -C "$source_dir" --exclude=./build --exclude=./.git --exclude='./build-*' -c . | tar -C source -x
-# Not optimised, which takes half the time.
+# Without optimization, which takes half the time.
 (cd source && block small >"$here/small.sh" &&
   CMAKE_BUILD_TYPE=None CMAKE_BUILD_PARALLEL_LEVEL=2 quietly bash -euo pipefail "$here/small.sh")
 

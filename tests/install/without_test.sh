@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# without_test.sh PROGRAM SOURCE_DIR : PROGRAM is evenstep as it is built with all options off. What it refuses for that it
-# knows before anything runs, so it exits with 2, names what it lacks and the option of CMake, and does nothing.
+# without_test.sh PROGRAM SOURCE_DIR : PROGRAM is evenstep as it is built with all options off. If something needs one of
+# these options, it must say so before anything runs: it exits with 2, names what it lacks and the option of CMake, and does
+# nothing.
 set -euo pipefail
 evenstep=$1 scenarios=$2/scenarios
 work=$(mktemp -d)
 trap 'rm -rf -- "$work"' EXIT
 cd -- "$work"
 
-# expect CODE TEXT ARGUMENTS... : the exit code, and TEXT on stdout or stderr
+# expect CODE TEXT ARGUMENTS... : the program ends with this exit code and prints TEXT on stdout or stderr
 expect() {
   local code=$1 text=$2 got=0
   shift 2
@@ -17,7 +18,7 @@ expect() {
   cat out
   exit 1
 }
-# refused PLACE OPTION BROUGHT ARGUMENTS... : with the place, what the option brings, and how to get it
+# refused PLACE OPTION BROUGHT ARGUMENTS... : the error has the place, what the option brings, and how to get it
 refused() {
   local place=$1 option=$2 brought=$3
   shift 3
@@ -28,13 +29,13 @@ refused() {
 }
 spring=$scenarios/live/figure-1-spring.toml tissue=$scenarios/paper/figure-1.toml
 line() { grep -n "^$1" "$2" | head -1 | cut -d: -f1; }
-# scenario BASE LINES... : in x.toml, which begins with three lines of its own
+# scenario BASE LINES... : writes x.toml, which begins with three other lines
 scenario() {
   printf 'format = 1\nextends = ["%s"]\nname = "x"\n' "$1" >x.toml
   shift
   printf '%s\n' "$@" >>x.toml
 }
-# A run on the wall clock that is short, where it is one
+# A short run on the wall clock
 on_wall=(--clock wall --set 'run.duration="0.4 s"' --set 'run.warmup="0.1 s"' --set 'expect=[]' --allow-no-expectations)
 
 # OpenCL
@@ -49,7 +50,7 @@ expect 2 'choose solver = "cpu", which computes the same bits, or build it' run 
 scenario "$tissue" '[sweep]' 'seeds = "1..2"'
 refused "$solver" EVENSTEP_OPENCL OpenCL sweep x.toml
 refused "$solver" EVENSTEP_OPENCL OpenCL check x.toml
-sed '/^solver /d' "$tissue" >x.toml   # it is the default of a tissue
+sed '/^solver /d' "$tissue" >x.toml   # without this line a tissue has the default solver, which is "opencl"
 refused "x.toml:$(line '\[scene\]' x.toml):1: error: 'solver': \"opencl\": " EVENSTEP_OPENCL OpenCL run x.toml
 refused '--set scene.solver="opencl": error: ' EVENSTEP_OPENCL OpenCL \
   run "$tissue" --set 'scene.solver="cpu"' --set 'scene.solver="opencl"'
@@ -59,7 +60,7 @@ refused "x.toml:5:17: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL 
 expect 0 "wall clock   refused: x.toml:5:17: error: 'visualization': \"burn\" " check x.toml
 expect 0 PASS run x.toml
 rm -r runs
-# Of several scenarios the others run.
+# If one of several scenarios is refused, the others run.
 expect 2 '1 passed, 1 failed' catalogue "$tissue" "$scenarios/extreme/hand-jump.toml" --out catalogue
 grep -qF "$solver" out || { cat out; exit 1; }
 expect 0 'scene ' check "$tissue" --set scene.solver=cpu
@@ -96,7 +97,7 @@ refused 'x.toml:6:10: error: --device left=ws://127.0.0.1:1#1: ' EVENSTEP_INVERS
 expect 2 'leave --device out, which simulates it, or build it' run "${on_wall[@]}" --device 'ws://127.0.0.1:1#1' x.toml
 expect 0 'figures and data' run --set 'expect=[]' --allow-no-expectations x.toml
 rm -r runs
-# A device of Linux' input core needs none of these: only it is not there.
+# A device of Linux' input core needs none of these options. Here the device does not exist.
 scenario "$spring" '[[device]]' 'name = "left"' 'driver = "evdev"' \
   'evdev = { travel = ["0.4 m", "0.4 m", "0 m"], full_scale = "10 N" }'
 expect 3 "/dev/input/event-none: No such file" run "${on_wall[@]}" --device /dev/input/event-none x.toml

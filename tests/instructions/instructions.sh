@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Counts the instructions of the core paths under valgrind and compares them with instructions.txt.
-#   instructions.sh PROGRAM BUILD            exit 1 if a path takes 10 % more than on file, or 10 % less: then the file
-#                                            is out of date, and would not see the path grow again
+#   instructions.sh PROGRAM BUILD            exit 1 if a path takes 10 % more than in the file, or 10 % less: then the file
+#                                            is out of date and would not show it if the path grew again
 #   instructions.sh PROGRAM BUILD --update   writes the file
-# PROGRAM: build/bench/count_instructions. BUILD: compiler, processor and build type, which the counts belong to.
+# PROGRAM: build/bench/count_instructions. BUILD: the compiler, processor and build type to which the counts belong.
 # Exit status 77: skipped, with the reason.
 set -euo pipefail
 program=$1 build=$2 mode=${3:-compare}
@@ -16,7 +16,7 @@ if [[ $mode != --update && $build != "$on_file" ]]; then
   skip "the counts on file are those of '$on_file', this is '$build'"
 fi
 
-# count NAME : instructions of one passage, rounded
+# count NAME : the instructions of one passage through the path, rounded
 count() {
   local out
   out=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=measured \

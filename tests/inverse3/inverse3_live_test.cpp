@@ -41,7 +41,7 @@ TEST_CASE("inverse3 socket: a live run through it renders forces, replays to the
     CHECK(metrics.at("reports") > 50);
     CHECK(metrics.at("malformed") == 0);
     CHECK(metrics.at("writes") > 50);
-    // 10 mm from the origin at 200 N/m, a quarter of which is rendered.
+    // 10 mm from the origin at 200 N/m. A quarter of that is rendered.
     const std::vector<double> all = service.forces_x_N();
     CHECK((*std::max_element(all.begin(), all.end()) > 0.1) == forces);
     CHECK(service.force_N() == glm::dvec3(0));

@@ -1,4 +1,4 @@
-// The connection to a Haply Inverse Service, and the driver above it, over this machine's loopback.
+// The connection to a Haply Inverse Service, and the driver that uses it, over this machine's loopback.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -32,7 +32,7 @@ struct Client {
       : socket(*read_inverse3_address(address), clock, options), driver(socket, {}) {
     driver.start();
   }
-  /// Ticks until `done`, for at most five seconds: how fast the machine is asserts nothing.
+  /// Makes ticks until `done`, for at most five seconds. Nothing is asserted about how fast the machine is.
   bool until(const std::function<bool(const DeviceSample&)>& done, const glm::dvec3& force_N = glm::dvec3(0)) {
     for (int i = 0; i < 5000; ++i) {
       const DeviceSample sample = driver.read(clock.now());
@@ -72,10 +72,10 @@ ServiceOptions saying(std::function<std::optional<std::string>(int)> instead) {
 TEST_CASE("inverse3 socket: a hand behind the service feels the force, and its position comes back") {
   Service service;
   Client client(service.address());
-  // 200 N/m: 2 N move it by 10 mm.
+  // At 200 N/m, 2 N move the hand by 10 mm.
   CHECK(client.until([](const DeviceSample& sample) { return sample.position_m.x > 8e-3; }, {2, 0, 0}));
   CHECK(service.force_N() == glm::dvec3(2, 0, 0));
-  CHECK(service.inventories_asked() >= 1);  // until the driver has said what to send
+  CHECK(service.inventories_asked() >= 1);  // the driver asks until it has said what to send
   CHECK(client.driver.counters().malformed == 0);
   client.driver.stop();
   for (int i = 0; i < 5000 && service.force_N().x != 0; ++i) sleep_ms(1);
@@ -190,20 +190,21 @@ TEST_CASE(
   REQUIRE(guarded([&](const DeviceSample& sample) { return lost(sample) && passed.back().second == 0; }));
   const std::vector<double> before = service.forces_x_N();
   CHECK(before.back() > 0);
-  client.socket.post(inverse3_force_message("049D", {3, 0, 0}));  // what is posted meanwhile is never sent
+  client.socket.post(inverse3_force_message("049D", {3, 0, 0}));  // posted without a connection, so never sent
   passed.erase(passed.begin(), passed.end() - 1);
   back = true;
   REQUIRE(guarded(
       [&](const DeviceSample&) { return service.forces_x_N().size() >= before.size() + 10 && service.force_N().x == 2; }));
   std::vector<double> after = service.forces_x_N();
   after.erase(after.begin(), after.begin() + static_cast<std::ptrdiff_t>(before.size()));
-  // The ramp begins with the last tick whose force was none; how late the ticks after it are, the machine says.
+  // The ramp begins with the last tick without a force. How late later ticks are depends on the machine.
   RealTime zero;
   for (const auto& [at, force_N] : passed) {
     if (force_N == 0) zero = at;
     CHECK(force_N <= Approx(2 * seconds(at - zero) / seconds(limits.cut.ramp_up)));
   }
-  // The newest force is sent, so a late sender skips older ones: what arrives is some of what was let through, in its order.
+  // The newest force is sent, so a late sender skips older ones. What arrives is a part of what the guard let through, in
+  // the same order.
   CHECK(std::is_sorted(after.begin(), after.end()));
   for (const double sent : after)
     CHECK(std::any_of(passed.begin(), passed.end(), [&](const auto& tick) { return tick.second == sent; }));
@@ -239,9 +240,9 @@ TEST_CASE("inverse3 socket: what comes back as another device is refused and get
   REQUIRE_FALSE(drivable.empty());
   CHECK_FALSE(drivable.back());
   for (int connection = 1; connection < 10; ++connection) CHECK(service.forces_x_N(connection).empty());
-  CHECK(client.socket.times().lost == 1);  // each refusal is no further loss
+  CHECK(client.socket.times().lost == 1);  // refused connections do not count as further losses
 
-  // What a service says of its connections from the second on is made up here: the same device, in other hands.
+  // From the second connection on, this service says that the same device is used by somebody else.
   std::atomic<int> inventories{0};
   ServiceOptions held;
   held.closes_after = 20;
@@ -266,7 +267,7 @@ TEST_CASE("inverse3 socket: a program that ends while its service is away does n
   const Service service(options);
   Client client(service.address(), {.returns = kSecond * 1000});
   CHECK(client.until([](const DeviceSample& sample) { return !sample.drivable; }));
-  // If it waited, this test would run into its time limit.
+  // If the client waited, this test would run into its time limit.
 }
 
 TEST_CASE("inverse3 socket: a service that is killed ends the run") {
@@ -277,7 +278,7 @@ TEST_CASE("inverse3 socket: a service that is killed ends the run") {
   if (child == 0) {
     dup2(out[1], STDOUT_FILENO);
     dup2(in[0], STDIN_FILENO);
-    close(in[1]);  // so that its input ends when this process does
+    close(in[1]);  // so that the input of the child ends when this process ends
     execl(EVENSTEP_INVERSE3_SERVICE, EVENSTEP_INVERSE3_SERVICE, static_cast<char*>(nullptr));
     _exit(127);
   }
@@ -381,8 +382,8 @@ TEST_CASE("inverse3 socket: no position that is read is from the future") {
   }));
 }
 
-/// test_inverse3 "[.measure]" prints how long a message takes to its answer over this machine's loopback, and how old a
-/// position is when a tick at 1 kHz reads it: of the samples that are new, and of all that the tick has to go on with.
+/// test_inverse3 "[.measure]" prints how long it takes from a message to its answer over this machine's loopback, and how
+/// old a position is when a tick at 1 kHz reads it, both for new samples and for all samples that a tick uses.
 TEST_CASE("inverse3 socket: round trips and ages over loopback", "[.measure]") {
   ServiceOptions options;
   options.position_is_time = true;

@@ -1,4 +1,4 @@
-// The service as a process of its own: prints its address and serves until it is killed, or its input ends.
+// The service as a separate process. It prints its address and serves until it is killed or its input ends.
 #include <cstdio>
 #include <string>
 

@@ -8,7 +8,7 @@ trap 'rm -rf "$work"' EXIT
 cp "$sources/.clang-format" "$work"
 
 fail() { printf 'FAILED: %s\n' "$1"; exit 1; }
-# in_copy MODE : the check of the files in $work
+# in_copy MODE : checks the files in $work
 in_copy() {
   EVENSTEP_FORMAT_ROOT=$work "$format" "$1" >"$work/out" 2>&1
   status=$?
@@ -44,14 +44,14 @@ case_another_layout_is_seen_and_mended() {
   in_copy layout
   ((status == 0)) || fail "it is not mended"
 }
-# Catch2 indents the name of a test that failed by what comes before the first ": ", and aborts where the 79 columns of its
-# lines have no room left.
+# Catch2 indents the name of a failed test by what comes before the first ": ". It aborts if its 79 columns leave no room
+# then.
 case_catch2_can_print_the_name_of_every_test() {
   local names
   names=$(grep -rhoE 'TEST_CASE\("[^"]+' "$sources/tests" --include='*.cpp' | sed -nE 's/^TEST_CASE\("(.{74,}): .*/\1/p')
   [[ ! $names ]] || fail "\": \" comes too late in: $names"
 }
-# CMake takes a name with ";" for two, neither of which is a test: both would pass without running it.
+# CMake takes a name with ";" for two names. Neither is a test, so both would pass without running anything.
 case_no_name_of_a_test_has_a_semicolon() {
   local names string='"([^"\\]|\\.)*"'
   names=$(grep -rhPzo "TEST_CASE\(\s*($string\s*)*\"[^\"]*;[^\"]*\"" "$sources/tests" --include='*.cpp' | tr '\0' '\n')

@@ -2,16 +2,16 @@
 # mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a
 # time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
 # one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
-# mutation_check.sh SOURCE_DIR --texts : builds nothing; only whether each mutation still matches the source, in seconds.
-# MUTATION=PATTERN: only those whose names match (such as 'judge-*'). JOBS=N: so many at a time (default: one per core).
+# mutation_check.sh SOURCE_DIR --texts : builds nothing; checks in seconds whether each mutation still matches the source.
+# MUTATION=PATTERN: only mutations whose names match (such as 'judge-*'). JOBS=N: N jobs at a time (default: one per core).
 #
-# Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept: what is built once is not
-# built again, and a later run writes only files that differ from the source's.
+# Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept, so that nothing is built
+# twice. A later run writes only files that differ from the source.
 set -uo pipefail
 source_dir=$(readlink -f "$1")
 list=$source_dir/tests/mutation/mutations.txt
 
-# copy_tree TREE : it becomes the source's again. What differs is written anew, and so is built anew.
+# copy_tree TREE : makes the tree equal to the source again. Only files that differ are written, and so are built again.
 copy_tree() {
   local file
   find "$source_dir" -path "$work" -prune -o -path "$source_dir/build*" -prune -o -name .git -prune -o \
@@ -38,7 +38,7 @@ replace() {
     print $out $text;' "$1" 2>&1
 }
 
-# value BLOCK KEY : the last one
+# value BLOCK KEY : the last value of the key
 value() { sed -n "s/^$2: //p" <<<"$1" | tail -1; }
 
 build_test() { ninja -C build -j "$build_jobs" "test_$1" >build.log 2>&1; }
@@ -62,7 +62,7 @@ apply() {
   done <<<"$1"
 }
 
-# mutate NAME BLOCK : in the copy that is the working directory; prints its verdict
+# mutate NAME BLOCK : breaks the copy in the working directory and prints the verdict
 mutate() {
   local name=$1 block=$2 test cases why code file changed=()
   test=$(value "$block" test) cases=$(value "$block" case)
@@ -136,7 +136,7 @@ work=$(readlink -f "$2")
 configure=("${@:3}")
 rm -rf "$work/verdicts" && mkdir "$work/verdicts" || exit 2
 
-# Neighbours in the list share a test program, so each job takes a run of the list.
+# Neighbours in the list share a test program, so each job takes a contiguous part of the list.
 jobs=${JOBS:-$(nproc)}
 ((jobs <= total)) || jobs=$total
 build_jobs=$((($(nproc) + jobs - 1) / jobs))

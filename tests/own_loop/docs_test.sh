@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# docs_test.sh ROOT PROGRAM... : every ```cpp block of docs/own-loop.md stands in the file that its first line names, and
-# every ```console block is what the PROGRAM it names prints. Exit 1 if not.
+# docs_test.sh ROOT PROGRAM... : checks that every ```cpp block of docs/own-loop.md is in the file that its first line names,
+# and that every ```console block is what the PROGRAM that it names prints. Exit 1 if not.
 set -uo pipefail
 root=$1
 shift

@@ -1,4 +1,4 @@
-// Many runs with parts of the program's own: study, sweep and shrink.
+// Many runs with parts that the program adds: study, sweep and shrink.
 #include <unistd.h>
 #include <cmath>
 #include <filesystem>
@@ -24,7 +24,7 @@ FeltStudyRecord study(const std::string& scene, const Registry& mine, const std:
   return run_felt_study(*scenario);
 }
 
-/// F = -k u with u' = (x - u) / T: what is felt lags behind the tool. Explicit Euler, order 1.
+/// F = -k u with u' = (x - u) / T, so what is felt lags behind the tool. Explicit Euler, order 1.
 struct Lag : ForeignSolver {
   ToolResponse step(std::span<const glm::dvec3> positions_m, double step_s) override {
     u_m += (x_m - u_m) * (step_s / 20e-3);
@@ -34,7 +34,7 @@ struct Lag : ForeignSolver {
   glm::dvec3 u_m{0}, x_m{0};
 };
 
-/// The shipped scenario of this folder with its parts, in a folder of its own.
+/// A folder with the scenario of this test folder and its parts.
 struct Folder {
   Folder() : root(std::filesystem::temp_directory_path() / fmt::format("own-parts-{}", getpid())) {
     std::filesystem::create_directories(root);
@@ -67,8 +67,8 @@ TEST_CASE("The reference of a foreign solver of order 1 is as near to its equati
   Registry mine;
   mine.add_solver("lag", [](const SolverRequest&) { return std::make_unique<Lag>(); });
   const FeltStudyRecord record = study(scene_of("lag"), mine);
-  // Its own error: half the step leaves what it changes, and that is what is said, twice. Steps of 1/450 s are 16 times
-  // coarser than those compared, so they are 16 times as far away: the study must see that as their own error.
+  // The error that the study states is twice the change that half the step makes. Steps of 1/450 s are 16 times as long as
+  // those that it compares, so their error is 16 times as large. The study must see it as theirs.
   CHECK(record.reference.estimate_N > 0);
   CHECK(record.reference.estimate_N < 0.02 * record.reference.scale_N);
   for (const FeltPoint& point : record.points) CHECK(point.discretisation.rms_N > 3 * record.reference.estimate_N);
@@ -78,11 +78,12 @@ TEST_CASE("A study cuts the steps of a solver of the program, whose error falls 
   Registry mine;
   mine.add_solver("lag", [](const SolverRequest&) { return std::make_unique<Lag>(); });
   const FeltStudyRecord record = study(scene_of("lag"), mine, R"(study.step_sizes=["450 Hz", "900 Hz", "1800 Hz"])");
-  REQUIRE(record.points.size() == 6);  // of two strategies
+  REQUIRE(record.points.size() == 6);  // three for each of two strategies
   for (const std::size_t first : {0, 3}) {
     for (std::size_t i = first; i < first + 2; ++i) {
       CHECK(record.points[i + 1].substep_s == Approx(record.points[i].substep_s / 2));
-      // Explicit Euler, order 1; less than half is left because the tools' straight paths err the other way.
+      // Explicit Euler has order 1. Less than half of the error is left because the straight paths of the tools err the
+      // other way.
       CHECK(record.points[i + 1].discretisation.rms_N < 0.6 * record.points[i].discretisation.rms_N);
     }
     CHECK(record.points[first].method == "own");

@@ -1,4 +1,4 @@
-// Cases of the catalogue on a solver of the program's.
+// Cases of the catalogue on a solver that the program adds.
 #include <glm/geometric.hpp>
 
 #include "support.h"

@@ -23,7 +23,7 @@ Registry with_device(const DeviceFactory& make) {
   return mine;
 }
 
-/// A device whose functions are the test's.
+/// A device whose functions the test provides.
 struct ToldArm : MyArm {
   explicit ToldArm(SimulatedGrip& grip) : MyArm(grip) {}
   DeviceSample read(RealTime now) override {
@@ -69,7 +69,7 @@ TEST_CASE("A hand on a device of the program's feels its force, after the delay 
   const RunRecord own = record(hand), mine = record(arm("my-arm", hand));
   const auto &theirs = own.strategies[0].devices[0].ticks, &ours = mine.strategies[0].devices[0].ticks;
   for (std::size_t k = 0; k < ours.size(); ++k) REQUIRE(std::abs(ours[k].position_m[0] - theirs[k].position_m[0]) < 1e-7);
-  // The hand is held back: it does not follow its path of 2 cm.
+  // The hand is held back, so it does not follow its path of 2 cm.
   double farthest = 0;
   for (const TickRow& tick : ours) farthest = std::max(farthest, tick.position_m[0]);
   CHECK(farthest < 0.015);

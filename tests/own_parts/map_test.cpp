@@ -11,7 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-/// evenstep's own map as one of the program's.
+/// A map of evenstep, wrapped as a map of the program.
 struct Wrapped : ForeignMap {
   void boundary(std::int64_t n, RealTime begin) override { map.boundary(n, begin); }
   void began(std::int64_t, RealTime at) override { began_at = at; }
@@ -24,7 +24,7 @@ struct Wrapped : ForeignMap {
   RealTime began_at;
 };
 
-/// Slots as the test says.
+/// A map whose slots the test chooses.
 struct ToldMap : ForeignMap {
   explicit ToldMap(std::function<std::optional<RealTime>(std::int64_t)> say) : says(std::move(say)) {}
   void boundary(std::int64_t, RealTime) override {}

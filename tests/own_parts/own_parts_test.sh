@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A program of ten lines with parts of its own is evenstep with them in every command.
+# A program of ten lines that adds parts is evenstep with these parts in every command.
 #   own_parts_test.sh PROGRAM SOURCE_DIR
 set -euo pipefail
 program=$1
@@ -9,14 +9,14 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 
 fail() { echo "own parts: $*" >&2; exit 1; }
-# holds TEXT COMMAND... : it succeeds, and prints TEXT
+# holds TEXT COMMAND... : the command succeeds and prints TEXT
 holds() {
   local text=$1 out
   shift
   out=$("$program" "$@" 2>&1) || fail "$* exits with $?: $out"
   grep -qF -- "$text" <<<"$out" || fail "$* does not say '$text': $out"
 }
-# refused CODE TEXT COMMAND... : it exits with CODE, and says TEXT
+# refused CODE TEXT COMMAND... : the command exits with CODE and says TEXT
 refused() {
   local code=$1 text=$2 out got=0
   shift 2

@@ -1,5 +1,5 @@
 #pragma once
-// Parts that a program brings along, as small as they can be.
+// Parts that a program adds, as small as possible.
 
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,7 +25,7 @@ class MySpring final : public evenstep::ForeignSolver {
   double stiffness_N_per_m_;
 };
 
-/// Reads the hand as it is, and drives its motors as it is told.
+/// Reads the true position of the hand, and drives its motors as it is told.
 class MyArm : public evenstep::HapticDevice {
  public:
   explicit MyArm(evenstep::SimulatedGrip& grip) : grip_(grip) {}
@@ -37,7 +37,7 @@ class MyArm : public evenstep::HapticDevice {
   evenstep::SimulatedGrip& grip_;
 };
 
-/// The steps of a segment are due at the pace of the scene from the segment's begin on.
+/// The steps of a segment are due at the pace of the scene, from the begin of the segment on.
 class MyPacer final : public evenstep::ForeignMap {
  public:
   explicit MyPacer(const evenstep::MapRequest& request) : step_rate_(request.step_rate) {}

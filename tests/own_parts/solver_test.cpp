@@ -13,7 +13,7 @@ using Catch::Contains;
 
 namespace {
 
-/// A spring of 200 N/m with everything that a solver may have, each to be switched off.
+/// A spring of 200 N/m with everything that a solver may have. Each feature can be switched off.
 struct FullSpring : ForeignSolver {
   explicit FullSpring(SolverCapabilities capabilities) : has(capabilities) {}
   ToolResponse step(std::span<const glm::dvec3> positions_m, double step_s) override {
@@ -48,7 +48,7 @@ Registry with(const SolverCapabilities& has) {
   return mine;
 }
 
-/// A spring that does something else at each step, counted from 0 for each solver.
+/// A spring that does something different at each step. Each solver counts its steps from 0.
 struct Odd : ForeignSolver {
   explicit Odd(std::function<double(std::int64_t)> at_step) : extra_N(std::move(at_step)) {}
   ToolResponse step(std::span<const glm::dvec3> positions_m, double) override {
@@ -77,7 +77,7 @@ TEST_CASE("A solver with nothing but step() gives the trace of evenstep's own sp
   const RunRecord mine = record({kMySpring, all}), own = record({all});
   CHECK(mine.trace_hash == own.trace_hash);
   for (const StrategyRecord& one : own.strategies) CHECK(strategy(mine, one.name).trace_hash == one.trace_hash);
-  // The scene has no state to digest in either, so forces are what is compared; they are not all zero.
+  // In both, the scene has no state to digest, so the forces are compared. They are not all zero.
   CHECK(strategy(mine, "phase_locked").devices[0].ticks.back().force_N[0] < -1);
 }
 
@@ -102,7 +102,7 @@ TEST_CASE("An expectation on energy is an error with the reason if the solver ha
   REQUIRE(without.errors.size() == 1);
   CHECK_THAT(without.errors[0].message,
              Contains("the solver 'full' has no energy") && Contains("it lacks state_digest, energy, particles, reset"));
-  // A spring gives back what is put into it: the trapezoid of a linear force is exact.
+  // A spring gives back what is put into it, as the trapezoidal rule is exact for a linear force.
   const RunOutcome has = run({scene_of("full"), energy}, with({.energy = true}));
   CHECK(has.exit == ExitCode::pass);
   REQUIRE(has.results.size() == 1);
@@ -124,7 +124,7 @@ TEST_CASE("Energy that nothing explains is found, and energy that is not a numbe
     return solver->verdict();
   };
   CHECK(growth(0).energy_growth < 1e-12);
-  // At the end the spring holds 100 0.9^2 = 81 J; 8.1 more were put in at step 5.
+  // At the end the spring holds 100 0.9^2 = 81 J, and step 5 added 8.1 J.
   CHECK(growth(8.1).energy_growth == Approx(8.1 / (81 + 8.1)));
   CHECK(growth(std::numeric_limits<double>::quiet_NaN()).energy_growth == std::numeric_limits<double>::infinity());
   CHECK(growth(std::numeric_limits<double>::quiet_NaN()).first_bad_step == 5);
@@ -274,7 +274,7 @@ TEST_CASE("A registry refuses a part without a name, without a function, and twi
   CHECK_THROWS_WITH(mine.add_map("x", {}), "the map 'x' is registered without a function that makes it");
   mine.add_solver("x", make);
   CHECK_THROWS_WITH(mine.add_solver("x", make), "the solver 'x' is registered twice");
-  mine.add_device("x", [](const DeviceRequest&) { return nullptr; });  // another kind
+  mine.add_device("x", [](const DeviceRequest&) { return nullptr; });  // a part of another kind may have the same name
   CHECK(builtin().solvers().empty());
 }
 

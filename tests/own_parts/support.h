@@ -1,5 +1,5 @@
 #pragma once
-// Runs of the paper's figure 1 on a spring, with parts of the program's own in it.
+// Runs of the paper's figure 1 on a spring, with parts that the program adds.
 
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ namespace own_parts {
 
 inline const std::string kFigure1 = std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml";
 
-/// Figure 1, half a second of it and without its expectations, with these keys set.
+/// Half a second of figure 1, without its expectations, with these keys set.
 inline evenstep::ReadResult read(std::vector<std::string> set, const evenstep::Registry& registry) {
   set.insert(set.begin(), {"run.duration=\"0.5 s\"", "expect=[]"});
   return evenstep::read_scenario(kFigure1, {set, std::nullopt, registry});

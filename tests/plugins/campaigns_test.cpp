@@ -1,4 +1,4 @@
-// Sweeps and shrinking with a library or a process: what those files hold counts, not where they are.
+// Sweeps and shrinking with a library or a process. The contents of these files count, not their places.
 #include <filesystem>
 #include <fstream>
 
@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder with the scenario, and in it what the scene names.
+/// A folder with the scenario and the file that its scene names.
 class Folder {
  public:
   explicit Folder(const std::string& name)
@@ -22,7 +22,7 @@ class Folder {
   ~Folder() { fs::remove_all(path_); }
   const fs::path& path() const { return path_; }
   void write(const std::string& file, const std::string& text) const { std::ofstream(path_ / file) << text; }
-  /// `first` comes before the tables; the timing varies.
+  /// Writes a scenario whose timing varies. `first` comes before the tables.
   void write_scenario(const std::string& scene, const std::string& first) const {
     write("a.toml",
           "format = 1\n" + first +
@@ -32,7 +32,7 @@ class Folder {
               "\n[[device]]\nname = \"left\"\n[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = \"underruns\"\n"
               "equals = 0\n");
   }
-  /// The digest of the sweep, by which another process knows that it is the same one.
+  /// The digest of the sweep. By it another process knows that the sweep is the same.
   std::string swept() const {
     SweepOptions options;
     options.folder = (path_ / "sweep").string();
@@ -61,7 +61,7 @@ TEST_CASE("A sweep is another one when the library holds something else, and the
   fs::copy_file(kModules + "/none.so", there.path() / "mine.so");
   const std::string first = here.swept();
   CHECK(there.swept() == first);
-  // Not the same name: the library that was opened stays what it was.
+  // It needs another name, because a library that was opened stays as it was.
   fs::copy_file(kModules + "/parts.so", here.path() / "yours.so");
   here.write_scenario("library = \"yours.so\"", kSweep);
   CHECK(here.swept() != first);

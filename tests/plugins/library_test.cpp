@@ -1,4 +1,4 @@
-// Parts in a shared object: as good as registered ones, and every fault of one is said at its place.
+// Parts in a shared object are as good as registered ones, and each of their faults is reported at its place.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +26,7 @@ std::string refusal(const std::vector<std::string>& set) { return errors_of(set,
 TEST_CASE("A solver in a library gives the bits of the same solver registered, with any seed, order of ties and threads") {
   const RunRecord registered = record({kMySpring});
   const RunRecord in_library = record({scene_in(module("none"))}, builtin());
-  // It computes the first tool only.
+  // This solver computes the first tool only.
   CHECK(in_library.strategies.front().solver.name == "faulty");
   CHECK(in_library.strategies.front().solver.lacks.size() == 5);
   const RunRecord c = record({parts_in_c()}, builtin());
@@ -40,7 +40,7 @@ TEST_CASE("A solver in a library gives the bits of the same solver registered, w
     }
   }
   CHECK(record({parts_in_c()}, builtin(), {.threads = 2, .repeat = true}).trace_hash == c.trace_hash);
-  // Its digest begins with the seed that it was given.
+  // The digest of this solver begins with the seed that it was given.
   CHECK(record({parts_in_c(), "run.seed=2"}, builtin()).trace_hash != c.trace_hash);
 }
 

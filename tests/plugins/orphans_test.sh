@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# However evenstep ends in the middle of a step, the process of its solver, and what that has started, ends with it.
+# However evenstep ends in the middle of a step, the process of its solver must end with it, and so must what that process
+# has started.
 #   orphans_test.sh EVENSTEP TEST_PROCESS
 set -euo pipefail
 program=$1
@@ -7,7 +8,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp "$2" "$work/solver"
 cd "$work"
-# A name of its own, by which it is found among all processes.
+# The solver has a unique path, by which it is found among all processes.
 mark=$work/solver
 cat >hangs.toml <<TOML
 format = 1
@@ -29,7 +30,7 @@ equals = 0
 TOML
 
 fail() { echo "orphans: $*" >&2; exit 1; }
-# The processes whose program is the solver's (the watcher's is evenstep's).
+# The processes that run the program of the solver. (The watcher runs that of evenstep.)
 solvers() { find /proc -maxdepth 2 -name exe -lname "$mark" 2>/dev/null || true; }
 
 for signal in KILL ABRT TERM INT; do
@@ -42,7 +43,7 @@ for signal in KILL ABRT TERM INT; do
   [[ -n $(solvers) ]] || fail "the solver did not start"
   sleep 0.2
   kill -"$signal" "$evenstep"
-  # The first of these asks for the end of the step, the second ends it.
+  # The first of these signals asks to end after the step, the second one ends it at once.
   [[ $signal == TERM || $signal == INT ]] && sleep 0.2 && kill -"$signal" "$evenstep" 2>/dev/null || true
   wait "$evenstep" 2>/dev/null || true
   for ((i = 0; i < 100; ++i)); do

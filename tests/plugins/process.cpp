@@ -1,4 +1,4 @@
-// A process solver that does what its first argument says; "good" is F = -200 x. It was written from
+// A process solver that does what its first argument says. "good" is F = -200 x. It was written from
 // docs/process-protocol.md.
 #include <unistd.h>
 
@@ -51,7 +51,7 @@ struct Answer {
   double energy_J, force_N[6];
 };
 
-/// At step 5.
+/// The fault, at step 5.
 void do_harm(Answer& answer, std::size_t size) {
   const char* const bytes = reinterpret_cast<const char*>(&answer);
   if (is("hangs")) sleep_forever();

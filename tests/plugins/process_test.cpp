@@ -1,4 +1,4 @@
-// Solvers in a process of their own: good ones, and every way in which one can go wrong.
+// Solvers in separate processes: good ones, and every way in which one can go wrong.
 #include <sys/wait.h>
 
 #include <array>
@@ -17,7 +17,7 @@ std::string scene_of_process(const std::string& fault, const std::string& more =
   return fmt::format("scene={{ command = [\"{}\", \"{}\"]{} }}", EVENSTEP_TEST_PROCESS, fault, more);
 }
 
-/// Nothing that we have started is left, not even one that nobody has waited for.
+/// No process that the test has started is left, not even one for which nobody has waited.
 void check_no_child() {
   int status = 0;
   CHECK(waitpid(-1, &status, WNOHANG) == -1);
@@ -26,7 +26,7 @@ void check_no_child() {
 
 ProcessCommand command(const std::string& fault) { return {{EVENSTEP_TEST_PROCESS, fault}, ".", Duration{20'000'000'000}}; }
 
-/// What a solver says when it is made and asked for 8 steps.
+/// The error of a solver that is made and asked for 8 steps.
 std::string fault_of(const std::string& fault, Duration limit = {20'000'000'000}) {
   ProcessCommand faulty = command(fault);
   faulty.answer_limit = limit;

@@ -1,4 +1,4 @@
-// The limits of a file that is not trusted: what is just within is read, what is one past is refused.
+// The limits of a file that is not trusted: what is just within a limit is read, one more is refused.
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
@@ -38,7 +38,7 @@ const std::string kEvent = R"({"ph":"X","name":"a","ts":1,"dur":2})";
 }  // namespace
 
 TEST_CASE("JSON may be nested 200 deep, and not 201") {
-  // The list and the event are two of them.
+  // The list and the event are two of the levels.
   const auto nested = [](std::size_t depth) {
     return R"([{"ph":"X","name":"a","ts":1,"dur":2,"args":)" + std::string(depth - 2, '[') + std::string(depth - 2, ']') +
            "}]";
@@ -85,7 +85,7 @@ TEST_CASE("A million names are kept, or 64 MiB of them, and not one more", "[swe
   ProfileBuilder many("x"), long_ones("x");
   for (std::size_t i = 0; i < kMostNames; ++i) many.name(std::to_string(i), "");
   CHECK_FALSE(many.failed());
-  many.name("0", "");  // which is known
+  many.name("0", "");  // a name that is known already
   CHECK_FALSE(many.failed());
   many.name("one more", "");
   CHECK_THAT(refusal(many), Contains("more than 1000000 different names"));
@@ -143,7 +143,7 @@ TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it"
   }
   rusage used{};
   REQUIRE(::getrusage(RUSAGE_SELF, &used) == 0);
-  CHECK(used.ru_maxrss * 1024 < kBytes / 5);  // the highest of the whole process
+  CHECK(used.ru_maxrss * 1024 < kBytes / 5);  // the maximum over the whole process
 }
 
 TEST_CASE("Ten million intervals are kept, and not one more", "[long]") {

@@ -1,5 +1,5 @@
 #pragma once
-/// Recordings of other projects, which are not ours to ship: in the folder that EVENSTEP_RECORDINGS names, or in
+/// Recordings of other projects, which evenstep may not ship. They are in the folder that EVENSTEP_RECORDINGS names, or in
 /// shared/recordings beside the repository.
 
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 
 namespace evenstep::test {
 
-/// The path of a file; without one the test says so and ends.
+/// The path of a file. If it is missing, the test says so and ends.
 inline std::optional<std::string> real_file(const std::string& name) {
   namespace fs = std::filesystem;
   const char* const folder = std::getenv("EVENSTEP_RECORDINGS");

@@ -1,4 +1,4 @@
-// Real files of other people's profilers.
+// Real files from profilers of others.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -79,7 +79,7 @@ TEST_CASE("CloverLeaf on an A100: its reduce kernel as the visualization gives t
   const AssignedRolesResult assigned = assign_roles(profile, roles);
   REQUIRE(assigned);
   REQUIRE(assigned->segments.size() == 12);
-  // As measured from the file by hand: begins of the reduce kernel, in 10 us.
+  // Gaps between the begins of the reduce kernel, measured in the file by hand, in units of 10 us.
   constexpr std::int64_t kGaps[] = {511, 3208, 3251, 3231, 3249, 3259, 3245, 3243, 3278, 3208, 3001, 311};
   for (std::size_t i = 0; i < 11; ++i) {
     const Duration gap = assigned->segments[i + 1].begin - assigned->segments[i].begin;
@@ -134,7 +134,7 @@ TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency 
   }
   CHECK(equal == 180);
   CHECK(before_cpu == 176);
-  CHECK(without_begin == 1);  // of the GPU's work, in v1
+  CHECK(without_begin == 1);  // v1 has no begin of the GPU's work
   CHECK(others == 0);
 }
 

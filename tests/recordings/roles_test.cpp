@@ -42,7 +42,7 @@ Roles roles_of(const std::string& visualization, const std::string& step, const 
   return roles;
 }
 
-/// As timing.csv without its header.
+/// The rows of timing.csv, without its header.
 std::string rows_of(const Profile& profile, const Roles& roles) {
   const AssignedRolesResult assigned = assign_roles(profile, roles);
   if (!assigned) return text(assigned.error().front());

@@ -198,7 +198,7 @@ TEST_CASE("Ten million rows are read and one more is refused", "[million]") {
   std::string rows = kHeader;
   const std::string row = "0,idle,0,0,1\n";
   rows.reserve(rows.size() + row.size() * (internal::kMostCsvRows + 1));
-  // Only the first idle row is in order; counting goes on regardless, so the error list is kept short by valid steps.
+  // Only the first idle row would be in order, and each of the others would be an error. So the rows are valid steps.
   std::int64_t t = 0;
   for (std::int64_t i = 0; i < internal::kMostCsvRows; ++i, ++t) {
     rows += "0,step," + std::to_string(i) + "," + std::to_string(t) + "," + std::to_string(t + 1) + "\n";

@@ -1,5 +1,5 @@
-// A latency that grows at once and shrinks slowly: against an oracle that remembers everything, on traces and on maps;
-// 100,000 random ones each, [million] on 1,000,000 others.
+// A latency that grows at once and shrinks slowly, compared with an oracle that remembers everything: on 100,000 random
+// traces and on maps of 100,000 random schedules. [million] takes 1,000,000 others.
 #include "evenstep/remap/adaptive_latency.h"
 
 #include <limits>
@@ -32,7 +32,7 @@ struct Timed {
   RealTime read, ended;
 };
 
-/// Reads that mostly advance, now and then jump far or step back; needs with a long tail.
+/// Reads mostly advance, and now and then jump far or step back. Needs have a long tail.
 std::vector<Timed> random_trace(Draw& draw) {
   std::vector<Timed> trace;
   RealTime read{draw.between(-1'000'000'000, 1'000'000'000)};
@@ -51,7 +51,7 @@ std::vector<Timed> random_trace(Draw& draw) {
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return floor_mul_div(a, 1, b); }
 
-/// The header's equations over a list that forgets nothing.
+/// The equations of the header, computed from a list that forgets nothing.
 class Oracle {
  public:
   explicit Oracle(const AdaptiveLatencyOptions& options) : o_(options), latency_(options.start.ns), target_(latency_) {}
@@ -110,14 +110,14 @@ const char* as_the_oracle(Draw draw) {
   return nullptr;
 }
 
-/// A step on the map, with what the latency was for it and what it needed.
+/// A step on the map, with the latency that it had and the latency that it needed.
 struct Step {
   RealTime read, end, emission;
   Duration latency, need;
 };
 
-/// Mapped steps of a schedule on phase_locked, where L(n) = F(n) - R(n), as it never steps back. None where the first of
-/// them had to wait for the last step without a slot.
+/// The mapped steps of a schedule on phase_locked. This map never steps back, so L(n) = F(n) - R(n). The result is empty if
+/// the first mapped step had to wait for the last step without a slot.
 std::vector<Step> adapted(const Schedule& schedule, const AdaptiveLatencyOptions& options, std::int64_t& growths) {
   PhaseLockedMap map(kLead, AdaptiveLatency(options));
   std::vector<Step> steps;
@@ -153,7 +153,7 @@ const char* strictly_increasing(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Between steps without a growth, L moves by the slew at most; 1 ns is what was kept of the step before.
+/// Between two steps without a growth, L moves by the slew at most. 1 ns more is possible: a remainder of the step before.
 const char* moves_by_the_slew(const Schedule& schedule, Draw draw) {
   const AdaptiveLatencyOptions options = roomy_options(draw);
   std::int64_t growths = 0;
@@ -172,15 +172,15 @@ const char* moves_by_the_slew(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// A need seen before within the window, and covered then or since, is covered. Of interpolated forces the line that leads
-/// to force n is promised with L(n-1), before step n-1 has ended.
+/// A need that was seen before within the window is covered when it comes again. With interpolated forces the line that
+/// leads to force n is promised with L(n-1), before step n-1 has ended.
 const char* no_underrun_comes_twice(const Schedule& schedule, Draw draw) {
   const AdaptiveLatencyOptions options = roomy_options(draw);
   const std::size_t delay = options.emission == Emission::linear ? 2 : 1;
   std::int64_t growths = 0;
   const std::vector<Step> steps = adapted(schedule, options, growths);
   for (std::size_t n = delay; n < steps.size(); ++n) {
-    const Duration had = steps[n + 1 - delay].latency;  // L when step n's force was promised
+    const Duration had = steps[n + 1 - delay].latency;  // L at the time when step n's force was promised
     Duration seen{0};
     for (std::size_t m = n - delay + 1; m-- > 0 && steps[n].read - steps[m == 0 ? 0 : m - 1].read < options.window;) {
       seen = std::max(seen, steps[m].need);
@@ -207,7 +207,7 @@ const char* stays_between(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// start = least = most, whatever the rest says.
+/// With start = least = most the latency is fixed, whatever the other options say.
 const char* fixed_is_a_special_case(const Schedule& schedule, Draw draw) {
   AdaptiveLatencyOptions options = random_options(draw);
   options.least = options.most = options.start;
@@ -223,7 +223,8 @@ const char* fixed_is_a_special_case(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// The sizing pass, which has slots of lead 0 and no map, and the ring that it makes for the largest latency.
+/// The sizing pass, which knows no map but only slots of lead 0, predicts which forces are late. The ring that it asks for
+/// at the largest latency is large enough.
 const char* as_sized(const Schedule& schedule, Draw draw) {
   const AdaptiveLatencyOptions options = random_options(draw);
   const bool of_paper = draw.between(0, 1) == 0;
@@ -237,7 +238,7 @@ const char* as_sized(const Schedule& schedule, Draw draw) {
   for (const Placed& placed : run(kLead, AdaptiveLatency(options))) {
     if (placed.slot.kind == SlotKind::mapped) mapped.push_back(placed);
   }
-  // The first mapped force may have to wait for the last one without a slot: that repair is not of the sized steps.
+  // The first mapped force may have to wait for the last force without a slot. The sizing pass does not see that repair.
   const bool alike = !mapped.empty() && mapped.front().emission == mapped.front().slot.read + options.start;
   std::size_t oldest = 0;
   for (std::size_t n = 0; n < mapped.size(); ++n) {
@@ -276,7 +277,7 @@ TEST_CASE("One long pause is one hold and the latency comes back after the windo
   const Duration start = usual + margin, top = once + margin;
   AdaptiveLatency latency({start, {}, {100'000'000}, window, margin, ppm, Emission::hold});
   const std::int64_t block = window.ns / 64;
-  std::int64_t forgotten = paused;  // the first step in a block more than 64 after that of the pause
+  std::int64_t forgotten = paused;  // the first step that is more than 64 blocks after the block of the pause
   while (forgotten * tau / block <= paused * tau / block + 64) ++forgotten;
   CHECK(forgotten * tau - paused * tau >= window.ns);
   CHECK(forgotten * tau - paused * tau <= window.ns + window.ns / 64 + tau);
@@ -311,7 +312,8 @@ TEST_CASE("A need that creeps by less than the slew is followed without any unde
     last = emission - ended;
   }
   CHECK(latency.growths() == 0);
-  // What is kept above a need that falls: what it was a window ago (a 64th more, and a step), less than that much slew.
+  // If the need falls, L stays above it by as much as it has fallen since a window ago (plus a 64th of the window and a
+  // step), which is less than 13 steps.
   CHECK(last <= margin + Duration{std::max<std::int64_t>(-creep, 0) * 13});
 }
 

@@ -21,8 +21,8 @@ SamplingGrid any_grid(Draw& draw) {
   return {rate, RealTime{draw.between(0, period_ceil(rate).ns - 1)}};
 }
 
-/// Reads that come before their sample, at the worst phase of the device: the first sample at or after R comes h - 1 ns
-/// later.
+/// Are there reads that come before their sample at the worst phase of the device? At that phase the first sample at or
+/// after R comes h - 1 ns after R.
 bool reads_underrun(const std::vector<MappedStep>& steps, Rate rate, Duration lead) {
   const Duration latest = period_ceil(rate) - Duration{1};
   return std::any_of(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.slot - lead + latest > s.begin; });
@@ -32,7 +32,8 @@ bool reads_underrun_here(const std::vector<MappedStep>& steps, SamplingGrid grid
     return tick_time(grid.rate, first_tick_at_or_after(grid.rate, s.slot - lead, grid.origin), grid.origin) > s.begin;
   });
 }
-/// Forces that end after they are due: at F(n), or, interpolated, at F(n - 1). F as SlotMap::emission repairs it.
+/// Are there forces whose step ends after they are due? They are due at F(n) or, if interpolated, at F(n - 1), with F as
+/// SlotMap::emission repairs it.
 bool forces_late(const std::vector<MappedStep>& steps, Duration lead, Duration latency, Emission emission) {
   std::optional<RealTime> before;
   for (const MappedStep& step : steps) {
@@ -86,14 +87,15 @@ const char* p6_best_line(const Schedule& schedule, Draw draw) {
   return least == brute ? nullptr : "L* is not the least bracket of all slopes";
 }
 
-/// Only paper does.
+/// Only the map `paper` ever steps back.
 bool steps_back(const std::vector<MappedStep>& steps) {
   for (std::size_t n = 1; n < steps.size(); ++n)
     if (steps[n].slot <= steps[n - 1].slot) return true;
   return false;
 }
 
-/// x = v t sampled, read at R(n), f = k x, emitted at F(n) and played linearly: k v (t - L), whatever the monotone map.
+/// x = v t is sampled and read at R(n), f = k x is emitted at F(n) and played linearly. The result is k v (t - L), whichever
+/// monotone map is used.
 const char* p8_conjugate(const Schedule& schedule, Draw draw) {
   Draw same_map = draw;
   const std::vector<MappedStep> sized = mapped_steps(place_any(draw, schedule));
@@ -102,7 +104,7 @@ const char* p8_conjugate(const Schedule& schedule, Draw draw) {
   if (steps_back(sized)) return nullptr;
   const LatencyBudget budget = least_latency_this_phase(sized, std::span(&grid, 1), Emission::linear);
   const std::vector<Placed> placed = place_any(same_map, schedule, budget.lead, budget.latency);
-  // Positions count from the first slot, so that their rounding is that of seconds: 1e-16.
+  // Positions count from the first slot. So they belong to times of some seconds, with a rounding of 1e-16.
   const RealTime zero = sized[0].slot;
   const double k_v = 1 + draw.unit();
   SampleBuffer<double> hand(budget.interaction_capacity);
@@ -125,13 +127,14 @@ const char* p8_conjugate(const Schedule& schedule, Draw draw) {
   for (std::size_t n = 0; n + 1 < emissions.size(); ++n) {
     const RealTime at = emissions[n] + Duration{draw.between(0, (emissions[n + 1] - emissions[n]).ns)};
     const double line = k_v * seconds(at - budget.latency - zero);
-    // 4000 roundings of 1 s.
+    // Room for 4000 roundings of a second.
     if (std::abs(forces.at(at, n + 2).value - line) > 1e-12) return "the force is not k x(t - L)";
   }
   return nullptr;
 }
 
-/// s + Z (1 - 1/N) + h - 1 ns, by the maps and, without the sampling term, by the best line.
+/// Periodic timing needs s + Z (1 - 1/N) + h - 1 ns with the maps and, without the sampling term h - 1 ns, with the best
+/// line.
 const char* p10_periodic(Draw draw) {
   Periodic timing;
   timing.segments = {draw.between(10, 60), 1};
@@ -146,8 +149,8 @@ const char* p10_periodic(Draw draw) {
   const double least_ns = step_ns + rest_ns * (1 - 1.0 / timing.steps);
   const double sampling_ns = static_cast<double>(period_ceil(grid.rate).ns - 1);
   const Schedule schedule = timing.schedule(5);
-  // Floors of begins and ends, 1 ns each; of the slots twice as much, and 2.2 ns while the loop answers a period 1 ns
-  // off.
+  // The floors of begins and ends make 1 ns each. Those of the slots make twice as much, and 2.2 ns more while the loop
+  // follows a period that is 1 ns off.
   const auto straight = static_cast<double>(best_line(flat(schedule)).latency.ns);
   if (std::abs(straight - least_ns) > 3) return "the best line is off the formula";
   const std::vector<MappedStep> steps = mapped_steps(place_any(draw, schedule));
@@ -156,7 +159,7 @@ const char* p10_periodic(Draw draw) {
   return nullptr;
 }
 
-/// At the latency a map needs, its own path lies in the tube; the taut string lies there too and is more even.
+/// At the latency that a map needs, its own path lies in the tube. The taut string lies there too and is more even.
 const char* p13_taut(const Schedule& schedule, Draw draw) {
   const std::vector<MappedStep> mapped = mapped_steps(place_any(draw, schedule));
   if (mapped.size() < 3) return nullptr;

@@ -9,7 +9,7 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// The bracket is piecewise linear in tau with corners at slopes of two ends or two begins: try them all.
+/// The bracket is piecewise linear in tau. Its corners are the slopes between two ends or two begins: all of them are tried.
 std::int64_t brute_force(const std::vector<StepTimes>& steps) {
   std::int64_t best = INT64_MAX;
   for (std::size_t a = 0; a < steps.size(); ++a) {
@@ -22,13 +22,13 @@ std::int64_t brute_force(const std::vector<StepTimes>& steps) {
   return best;
 }
 
-/// Convex: thirds of the interval, in units of 2^-20 ns.
+/// The bracket is convex, so the interval can be narrowed by thirds; in units of 2^-20 ns.
 std::int64_t ternary_search(const std::vector<StepTimes>& steps) {
   constexpr std::int64_t kUnit = 1 << 20;
   std::int64_t low = 0, high = 200'000'000 * kUnit;
   while (high - low > 2) {
     const std::int64_t a = low + (high - low) / 3, b = high - (high - low) / 3;
-    // Compare without the ceiling: scaled numerators of the same denominator.
+    // Compared without the ceiling, as numerators over a common denominator.
     const auto value = [&](std::int64_t tau) {
       __int128 most = -(static_cast<__int128>(1) << 120), least = -most;
       for (std::size_t n = 0; n < steps.size(); ++n) {
@@ -106,7 +106,7 @@ TEST_CASE("the best line of three million steps", "[million]") {
   const std::vector<StepTimes> steps = flat(jittered(draw, 0.1, 200'000));
   const BestLine line = best_line(steps);
   const auto tau = std::llround(line.slot_ns * 1e6);
-  // No slope nearby is better; the one found is, to the rounding of the slope to 1e-6 ns times 3e6 steps.
+  // The slope was found up to its rounding to 1e-6 ns, which over 3e6 steps makes some ns. No slope nearby is better.
   CHECK(std::abs(bracket(steps, tau, 1'000'000) - line.latency.ns) <= 4);
   CHECK(bracket(steps, tau + 1000, 1'000'000) >= line.latency.ns);
   CHECK(bracket(steps, tau - 1000, 1'000'000) >= line.latency.ns);

@@ -1,4 +1,4 @@
-// Ring capacities, by a replay through the rings themselves.
+// Ring capacities, checked by a replay through the rings themselves.
 
 #include <catch2/catch.hpp>
 
@@ -15,7 +15,8 @@ namespace {
 constexpr Rate kRate{1000, 1};
 constexpr SamplingGrid kGrid{kRate, {}};
 
-/// Reads of all steps through a ring of this capacity; `arriving` samples come in between taking the head and the read.
+/// The overruns among the reads of all steps from a ring of this capacity, if `arriving` samples come in after the head is
+/// taken and before the read.
 std::int64_t interaction_overruns(const std::vector<MappedStep>& steps, SamplingGrid grid, Duration lead,
                                   std::size_t capacity, int arriving) {
   SampleBuffer<double> ring(capacity);
@@ -33,7 +34,8 @@ std::int64_t interaction_overruns(const std::vector<MappedStep>& steps, Sampling
   return overruns;
 }
 
-/// Plays every force schedule at every ns that matters: when a force arrives, when one is due, and 1 ns around both.
+/// The overruns when the force schedule is played at every ns that matters: when a force arrives, when one is due, and 1 ns
+/// before and after both.
 std::int64_t force_overruns(const std::vector<Placed>& placed, Emission emission, std::size_t capacity, int arriving) {
   ForceSchedule<double> ring(capacity, emission);
   std::vector<RealTime> ticks;
@@ -120,7 +122,7 @@ TEST_CASE("a larger latency needs a larger force ring, and capacities_for gives 
 }
 
 TEST_CASE("the windows of underrun policies find their base at the capacities given, and lose it at one less, 1000 traces") {
-  // Values are their own times, so that a continued line is the time asked for, and a lost base is a value held.
+  // Each value is its own time. So a line that is continued gives the time asked for; if its base is lost, a value is held.
   std::int64_t samples_tight = 0, forces_tight = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Draw draw(seed + 5000);
@@ -135,8 +137,8 @@ TEST_CASE("the windows of underrun policies find their base at the capacities gi
       std::int64_t lost = 0;
       for (std::size_t n = 0; n < times.size(); ++n) {
         ring.push(times[n], static_cast<double>((times[n] - times[0]).ns));
-        if (n == 0 || times[n - 1] - window < times[0]) continue;  // no base was ever there
-        // One has arrived since the head was taken.
+        if (n == 0 || times[n - 1] - window < times[0]) continue;  // the line had no base yet
+        // One entry has arrived since the head was taken.
         const Reading<double> reading = ring.at(times[n - 1] + window, n);
         const double line = static_cast<double>((times[n - 1] + window - times[0]).ns);
         lost += std::abs(reading.value - line) > 1;

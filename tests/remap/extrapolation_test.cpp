@@ -13,7 +13,7 @@ namespace {
 
 constexpr Rate kHandRate{1000, 1};
 
-/// A reading, past samples of `position` at 1 kHz up to the newest, from a ring that holds them all.
+/// The reading at a time after the newest sample of `position`, which is sampled at 1 kHz. The ring holds all samples.
 template <class Position>
 double read(Extrapolation policy, std::int64_t newest, RealTime at, Position position) {
   SampleBuffer<double> buffer(static_cast<std::size_t>(newest) + 2, policy);
@@ -22,7 +22,7 @@ double read(Extrapolation policy, std::int64_t newest, RealTime at, Position pos
   return buffer.at(at).value;
 }
 
-/// Largest error of a continued 10 Hz sine of amplitude 1 at a distance, over 1000 phases.
+/// The largest error when a 10 Hz sine of amplitude 1 is continued over this distance, of 1000 phases.
 double sine_error(Extrapolation policy, Duration distance) {
   double worst = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -76,7 +76,7 @@ TEST_CASE("without window or distance, with one entry, or with the window out of
   CHECK(one.at(RealTime{20}).value == 7);
   SampleBuffer<double> full(2, {{20}, {100}});
   for (int i = 0; i < 3; ++i) full.push(RealTime{10 * i}, i);
-  CHECK(full.at(RealTime{30}).value == 2);  // 0 has left a ring of 2: held, not a line of something else
+  CHECK(full.at(RealTime{30}).value == 2);  // 0 has left a ring of 2: the value is held, not continued on another line
   SampleBuffer<double> fits(3, {{20}, {100}});
   for (int i = 0; i < 3; ++i) fits.push(RealTime{10 * i}, i);
   CHECK(fits.at(RealTime{30}).value == 3);
@@ -122,7 +122,7 @@ TEST_CASE("forces repaired to 1 ns apart do not throw the line, it bends by thei
 }
 
 TEST_CASE("`extrapolate` errs by at most 28 % of a 10 Hz sine after 10 ms, and no more after that than holding does") {
-  // w^2 b (b + window) / 2 with w = 62.8/s bounds the error of the line; w b that of holding near the steepest place.
+  // With w = 62.8/s, w^2 b (b + window) / 2 bounds the error of the line, and w b that of holding near the steepest place.
   for (std::int64_t ms = 1; ms <= 10; ++ms) {
     const double b_s = static_cast<double>(ms) * 1e-3, w = 20 * std::numbers::pi;
     const double error = sine_error(kContinueLine, {ms * 1'000'000});
@@ -131,7 +131,8 @@ TEST_CASE("`extrapolate` errs by at most 28 % of a 10 Hz sine after 10 ms, and n
     REQUIRE(error < 0.6 * sine_error(kHoldNewest, {ms * 1'000'000}));
   }
   CHECK(sine_error(kContinueLine, {10'000'000}) <= 0.28);
-  // Held at 10 ms it is off by half a period later as much as holding from 0 would be; unlimited it is off by more.
+  // The line is held from 10 ms on. Half a period later it is off by as much as holding from 0 on; without that limit it is
+  // off by more.
   CHECK(sine_error(kContinueLine, {50'000'000}) <= 1.1 * sine_error(kHoldNewest, {50'000'000}));
   CHECK(sine_error({{4'000'000}, {INT64_MAX}}, {50'000'000}) > 1.5 * sine_error(kHoldNewest, {50'000'000}));
 }
@@ -140,7 +141,7 @@ TEST_CASE("`predict` is exact on constant velocity at any distance, and wrong by
   constexpr double v = 0.1;
   for (std::int64_t ms = 1; ms <= 500; ++ms) {
     const RealTime at = tick_time(kHandRate, 50 + ms);
-    // 60 windows times the rounding of a value
+    // The distance is up to 60 windows, so the rounding of a value counts up to 60 times.
     REQUIRE(read(kPredictHand, 50, at, [](double t_s) { return v * t_s; }) == Approx(v * seconds(at)).epsilon(1e-12));
   }
   const auto stopping = [](double t_s) { return v * std::min(t_s, 0.05); };

@@ -18,7 +18,7 @@ constexpr long double kPi = 3.14159265358979323846264338327950288L;
 constexpr Rate kForceRate{1000, 1};
 constexpr long double kRate_Hz = 1000;
 
-/// Transfer functions as textbooks write them, in z^-1; of OneEuro that of its first-order filter at min_cutoff.
+/// Transfer functions in z^-1 as textbooks write them. That of OneEuro is the one of its first-order filter at min_cutoff.
 Complex transfer(const MovingAverageSpec& spec, Complex z1) {
   Complex sum = 0, power = 1;
   for (int i = 0; i < spec.samples; ++i, power *= z1) sum += power;
@@ -55,7 +55,7 @@ const std::vector<FilterSpec> kLinear{MovingAverageSpec{1},   MovingAverageSpec{
                                       ButterworthSpec{30},    ButterworthSpec{250},  ButterworthSpec{499},
                                       OneEuroSpec{0.5, 0, 1}, OneEuroSpec{20, 0, 1}, OneEuroSpec{600, 0, 10}};
 
-/// Samples after which what came before is gone: exp(-60) of it.
+/// The number of samples after which only exp(-60) is left of what came before.
 int settling_samples(const FilterSpec& spec) {
   if (const auto* average = std::get_if<MovingAverageSpec>(&spec)) return average->samples;
   const auto* butterworth = std::get_if<ButterworthSpec>(&spec);
@@ -68,7 +68,7 @@ int settling_samples(const FilterSpec& spec) {
   return static_cast<int>(-120 / std::log(radius_squared)) + 2;
 }
 
-/// In [-1, 1), the same everywhere.
+/// In [-1, 1), the same on every machine.
 double noise(int n) {
   std::uint64_t h = static_cast<std::uint64_t>(n + 1) * 0x9e3779b97f4a7c15u;
   h ^= h >> 31;
@@ -88,14 +88,14 @@ TEST_CASE("a filtered sine has the gain and phase of the transfer function at ev
       const int settled = settling_samples(spec);
       long double worst = 0;
       for (int n = 0; n < settled + 1000; ++n) {
-        // Turns in integers, so that the angle of a long run loses nothing.
+        // Turns are computed in integers, so that the angle stays exact in a long run.
         const Complex turning = std::polar(1.0L, 2 * kPi * (static_cast<std::int64_t>(n) * hertz % 1000) / 1000);
         const double y = filter.next(static_cast<double>(turning.imag()));
         if (n >= settled) worst = std::max(worst, std::abs(y - (response * turning).imag()));
       }
       INFO("kind " << spec.index() << ", delay " << delay_samples(spec) << ", " << hertz << " Hz");
-      // A second is a whole number of turns: where every sample is right, gain and phase are. Each rounds by a few
-      // 2^-53, which stay for about as many samples as the delay (450 at most): 1e-13 with all of one sign.
+      // A second is a whole number of turns, so if every sample is right, gain and phase are right. Each sample rounds by a
+      // few 2^-53. A rounding error stays for about as many samples as the delay (450 at most): 1e-13 if all have one sign.
       CHECK(worst < 2e-13L);
     }
   }
@@ -129,7 +129,7 @@ TEST_CASE("the -3 dB points that the header states for the others are there") {
     CHECK(gain(spec, hertz) == Approx(half).epsilon(1e-12));
     if (cutoff_Hz <= 1) CHECK(hertz == Approx(cutoff_Hz).epsilon(1e-2));
   }
-  CHECK(gain(OneEuroSpec{0.829 / 0.171 * 1000 / 6.2832, 0, 1}, 500) > half);  // a = 0.829 > 2 (sqrt(2) - 1): nowhere
+  CHECK(gain(OneEuroSpec{0.829 / 0.171 * 1000 / 6.2832, 0, 1}, 500) > half);  // a = 0.829 > 2 (sqrt(2) - 1): never half
 }
 
 TEST_CASE("every filter lets a constant through bit for bit from its first sample on") {
@@ -149,8 +149,8 @@ TEST_CASE("after a step every filter arrives at the new value") {
     filter.next(-0.7);
     double y = -0.7;
     for (int n = 0; n < settling_samples(spec); ++n) y = filter.next(0.3);
-    // What an integrator adds per sample is the distance left over the delay (450 samples at most): it stops within
-    // half a unit in the last place times that.
+    // Per sample an integrator adds the distance that is left, divided by the delay (450 samples at most). So it stops at a
+    // distance of half a unit in the last place times the delay.
     CHECK(std::abs(y - 0.3) < 450 * 0x1p-53);
   }
 }
@@ -163,7 +163,7 @@ TEST_CASE("behind a ramp every filter lags by its delay at 0 Hz") {
     const int settled = settling_samples(spec);
     double y = 0;
     for (int n = 0; n <= settled; ++n) y = filter.next(n * speed);
-    // Positions up to 60 round by 2^-48, for as many samples as the delay.
+    // Positions up to 60 round by 2^-48, and such an error stays for as many samples as the delay.
     CHECK(std::abs((settled * speed - y) / speed - delay) < 1e-9L * (1 + delay));
   }
 }
@@ -176,9 +176,9 @@ TEST_CASE("a moving average is the mean of its window from the first sample on, 
       const double y = filter.next(noise(n)), whole = integers.next(n * samples);
       long double sum = 0;
       for (int i = n - samples + 1; i <= n; ++i) sum += noise(std::max(i, 0));
-      // 40 differences below 2 in size, summed: 40 * 2^-53 of 80 at worst, over 40.
+      // A sum of 40 differences below 2 in size is off by 40 * 2^-53 of 80 at worst; the mean is that over 40.
       REQUIRE(std::abs(y - sum / samples) < 80 * 0x1p-53L);
-      // Whole numbers add up exactly; 1/n is right to half a unit in the last place.
+      // Whole numbers add up exactly, and 1/n is right to half a unit in the last place.
       const double half_a_window_ago = (n - (samples - 1) / 2.0) * samples;
       if (n >= samples - 1) REQUIRE(std::abs(whole - half_a_window_ago) <= samples * samples * 0x1p-53);
     }
@@ -229,7 +229,7 @@ TEST_CASE("a butterworth filter follows the direct form of its difference equati
 }
 
 TEST_CASE("a slow butterworth filter answers a step as its analog model: 1 - exp(-u) (cos u + sin u)") {
-  const double cutoff_Hz = 0.1;  // g = 3e-4: sampled and analog differ by that, and by a sample of delay
+  const double cutoff_Hz = 0.1;  // g = 3e-4: sampled and analog filter differ by that and by a sample of delay
   Filter<double> filter = make_filter<double>(ButterworthSpec{cutoff_Hz}, kForceRate);
   filter.next(0);
   double largest = 0, worst = 0;
@@ -256,8 +256,9 @@ TEST_CASE("at steady speed a one euro filter is the first-order filter of the cu
           lag = x - filter.next(x);
           mirrored = -x - negative.next(-x);
         }
-        // 60 s settle even 0.1 Hz and the derivative's 1 Hz (time constants 1.6 s and 0.16 s) to exp(-37). Positions of
-        // up to 120 round by 7e-15, a few hundred of which add up; where they are that large the lag is 1e-3 at least.
+        // In 60 s even 0.1 Hz and the derivative's 1 Hz (time constants 1.6 s and 0.16 s) settle to exp(-37). Positions of
+        // up to 120 round by 7e-15, and a few hundred of these add up. Where positions are that large, the lag is at least
+        // 1e-3.
         CHECK(lag == Approx(static_cast<double>(speed / (2 * kPi * cutoff_Hz))).epsilon(1e-8));
         CHECK(same_bits(mirrored, -lag));
       }
@@ -277,7 +278,7 @@ TEST_CASE("a one euro filter follows the published algorithm in long double") {
     derivative = alpha(spec.derivative_cutoff_Hz) * dx + (1 - alpha(spec.derivative_cutoff_Hz)) * derivative;
     const long double a = alpha(spec.min_cutoff_Hz + spec.beta * std::abs(derivative));
     filtered = a * x + (1 - a) * filtered;
-    // A contraction: roundings of 1e-16 fade within the delay of 100 samples.
+    // The filter contracts: roundings of 1e-16 fade within the delay of 100 samples.
     REQUIRE(std::abs(filter.next(x) - filtered) < 1e-13L);
   }
 }

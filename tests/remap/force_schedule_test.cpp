@@ -52,5 +52,5 @@ TEST_CASE("a force read at a head does not see what came later") {
   forces.push(RealTime{70}, 7);
   CHECK(forces.at(RealTime{15}, 2).status == ReadStatus::overrun);
   forces.push(RealTime{80}, 8);
-  CHECK(forces.at(RealTime{25}, 2).status == ReadStatus::overrun);  // even that head's newest entry has left
+  CHECK(forces.at(RealTime{25}, 2).status == ReadStatus::overrun);  // even the newest entry of that head has left
 }

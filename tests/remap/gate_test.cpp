@@ -1,5 +1,5 @@
-// The policy "gate": a step waits until the sample for its read exists. The waiting is the loop's; what the map has to
-// be told, so that the simulator does not slow itself down, is shown here.
+// The policy "gate": a step waits until the sample for its read exists. The loop does the waiting. The tests here show
+// what the map has to be told so that the simulator does not slow itself down.
 
 #include "cases.h"
 #include "evenstep/remap/sample_buffer.h"
@@ -10,10 +10,10 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// What the loop tells the map as the begin of a segment and as begin and end of a step.
+/// Which times the loop tells the map for the begin of a segment and for the begin and end of a step.
 enum class Told : std::uint8_t {
   work_time,  ///< real begin - shift: what the simulator would do if it never waited
-  real_time,  ///< naive: the waits are learned as if they were work
+  real_time,  ///< naive: the map learns the waits as if they were work
 };
 
 struct Gated {
@@ -24,8 +24,8 @@ struct Gated {
   double mean_length_ms = 0;
 };
 
-/// One run with a device of 1 kHz from phase 0 and lead 0. `shift` is how far the run is behind its programmed timing:
-/// it grows with each wait and is absorbed by idle time.
+/// One run with a device of 1 kHz at phase 0, and lead 0. `shift` is how far the run is behind its programmed timing: it
+/// grows with each wait, and idle time absorbs it.
 Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
   constexpr Rate kDevice{1000, 1};
   SampleBuffer<double> samples(200);
@@ -108,7 +108,7 @@ TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at
   const Schedule schedule = Periodic{}.schedule(kSegments);  // back to back: no idle time
   check_work_time(PaperMap({}, {}, 0.1), schedule);
   check_work_time(PhaseLockedMap({}, {}), schedule);
-  // No idle time: all waits are still there at the end, and there were few of them.
+  // There is no idle time, so all waits are still there at the end, and there were few of them.
   for (const Gated& gated : {run_gated(PaperMap({}, {}, 0.1), schedule, Told::work_time),
                              run_gated(PhaseLockedMap({}, {}), schedule, Told::work_time)}) {
     CHECK(gated.last_shift == gated.waited);
@@ -169,8 +169,8 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
 }
 
 TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter paper from 33.33 to 34.24 ms") {
-  // phase_locked is dragged on too, but less: a late step moves its later slots. Each wait lengthens T, a longer T moves the
-  // slots of the last steps towards the boundary, and they wait again.
+  // phase_locked slows down too, but less: with it, a late step moves the later slots. Each wait makes T longer, a longer T
+  // moves the slots of the last steps towards the boundary, and these steps wait again.
   double paper_ms = 0, locked_ms = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Draw draw(seed);

@@ -11,8 +11,8 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// min c x for A x <= b, x >= 0, with c >= 0: the dual simplex method from the basis of all slacks, in a dense tableau whose
-/// last row is c and whose last column is b. Infinity if nothing is feasible.
+/// Minimizes c x for A x <= b, x >= 0, with c >= 0, by the dual simplex method. It starts from the basis of all slacks, in a
+/// dense tableau whose last row is c and whose last column is b. Infinity if nothing is feasible.
 class LinearProgram {
  public:
   explicit LinearProgram(std::size_t variables) : variables_(variables) { rows_.emplace_back(variables + 1, 0.0L); }
@@ -57,7 +57,7 @@ class LinearProgram {
   std::vector<std::vector<long double>> rows_;
 };
 
-/// With R(n) = S_n - x_n, x_n >= 0, and L as the last variable.
+/// The variables are x_n >= 0, with R(n) = S_n - x_n, and L as the last one.
 long double by_linear_program(const std::vector<StepTimes>& steps, Duration jump) {
   LinearProgram program(steps.size() + 1);
   program.cost()[steps.size()] = 1;

@@ -24,7 +24,7 @@ LatencyBudget this_phase(const std::vector<MappedStep>& steps, SamplingGrid grid
 }
 
 constexpr SamplingGrid k1kHz{{1000, 1}, {}};
-/// Slots are floors, boundaries are floors, and phase_locked averages over boundaries: 1 ns each.
+/// 1 ns each because slots are floors, boundaries are floors, and phase_locked averages over boundaries.
 constexpr std::int64_t kMapRounding_ns = 3;
 
 }  // namespace
@@ -36,7 +36,7 @@ TEST_CASE("the reference case needs L = s + Z(1 - 1/N) + h - 1 ns at any phase: 
     CHECK(std::abs(budget.lead.ns - 259'999) <= kMapRounding_ns);
     CHECK(std::abs(budget.latency.ns - 12'842'221) <= kMapRounding_ns);
   }
-  // On the integer maps themselves, exactly:
+  // The integer maps give exactly these values:
   CHECK(any_phase(mapped(Kind::paper), k1kHz).lead.ns == 260'000);
   CHECK(any_phase(mapped(Kind::paper), k1kHz).latency.ns == 12'842'222);
 }
@@ -121,7 +121,7 @@ TEST_CASE("the worst of all 250 000 phases of a 4 kHz device needs exactly the a
     REQUIRE(count_interaction_underruns(steps, {rate, RealTime{phase}}, lead) == 0);
     phases_missed += count_interaction_underruns(steps, {rate, RealTime{phase}}, lead - Duration{1}) > 0;
   }
-  // One phase for each place that the last step of a segment takes on the device's grid.
+  // There is one such phase for each place on the device's grid where the last step of a segment can be.
   CHECK(phases_missed >= 1);
   CHECK(phases_missed <= 3);
 }

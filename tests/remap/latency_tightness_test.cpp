@@ -1,4 +1,4 @@
-// The budget against a replay that knows nothing of its formulas: ticks are listed one by one, and searched.
+// The budget, compared with a replay that knows nothing of its formulas: it lists all ticks and searches them.
 
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ std::vector<RealTime> ticks_around(const std::vector<MappedStep>& steps, Samplin
   return ticks;
 }
 
-/// Steps for which no tick lies in [R, S].
+/// The number of steps for which no tick lies in [R, S].
 std::int64_t replay_interaction(const std::vector<MappedStep>& steps, SamplingGrid grid, Duration lead) {
   const std::vector<RealTime> ticks = ticks_around(steps, grid);
   std::int64_t missed = 0;
@@ -35,7 +35,8 @@ std::int64_t replay_interaction(const std::vector<MappedStep>& steps, SamplingGr
   return missed;
 }
 
-/// Steps whose force is not there when it is due: at F(n) itself, or, interpolating, when the interval before it begins.
+/// The number of steps whose force is not there when it is due: at F(n) or, with interpolation, at the begin of the interval
+/// before it.
 std::int64_t replay_forces(const std::vector<MappedStep>& steps, Duration lead, Duration latency, Emission emission) {
   std::vector<RealTime> due;
   for (const MappedStep& step : steps) {
@@ -50,8 +51,8 @@ std::int64_t replay_forces(const std::vector<MappedStep>& steps, Duration lead, 
   return late;
 }
 
-/// A phase at which the step that sets the lead has its sample as late as can be: a tick 1 ns before R at a lead 1 ns too
-/// small, followed by the longest gap of the grid.
+/// A phase at which the sample for the step that sets the lead comes as late as possible: with a lead 1 ns too small, a tick
+/// comes 1 ns before R, and the longest gap of the grid follows.
 SamplingGrid worst_phase(Rate rate, const MappedStep& culprit, Duration lead) {
   std::int64_t k = 0;
   while (instant_ns(rate, k + 1) - instant_ns(rate, k) < period_ceil(rate).ns) ++k;
@@ -112,7 +113,7 @@ TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 tra
       REQUIRE(count_late_forces(steps, any.lead, any.latency - Duration{1}) > 0);
     }
 
-    // The counts that predict a run with other values agree with the replay too.
+    // The predicted counts agree with the replay for other leads and latencies, too.
     const Duration lead = any.lead - Duration{draw.between(0, 3'000'000)};
     const Duration latency = any.latency - Duration{draw.between(0, 5'000'000)};
     REQUIRE(count_interaction_underruns(steps, grid, lead) == replay_interaction(steps, grid, lead));

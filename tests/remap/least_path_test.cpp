@@ -1,4 +1,4 @@
-// The bounds of every trace against brute force, and 1 ns below each of them.
+// The bounds of every trace, compared with brute force at the bound and 1 ns below it.
 #include <catch2/catch.hpp>
 
 #include "evenstep/remap/buffer_oracle.h"
@@ -10,7 +10,7 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// Is there a path that never steps back, E_n - L <= R(n) <= S_n - d? The earliest one that obeys all before it decides.
+/// Is there a path that never steps back and keeps to E_n - L <= R(n) <= S_n - d? It is enough to try the earliest one.
 bool path_exists(const std::vector<StepTimes>& steps, Duration latency, Duration sampling) {
   std::optional<RealTime> before;
   for (const StepTimes& step : steps) {
@@ -22,7 +22,7 @@ bool path_exists(const std::vector<StepTimes>& steps, Duration latency, Duration
   return true;
 }
 
-/// Does the line a + n rise/run fit, exactly? By its tightest offset, in units of 1/run.
+/// Does a line a + n rise/run fit, exactly? Computed from the bounds of its offset, in units of 1/run.
 bool line_exists(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run, Duration latency,
                  Duration sampling) {
   __int128 least = 0, most = 0;
@@ -36,7 +36,7 @@ bool line_exists(const std::vector<StepTimes>& steps, std::int64_t rise, std::in
   return least <= most;
 }
 
-/// A line that fits can be turned until it touches two ends or two begins: those are all slopes there are to try.
+/// A line that fits can be turned until it touches two ends or two begins. So no other slopes need be tried.
 bool any_line_exists(const std::vector<StepTimes>& steps, Duration latency, Duration sampling) {
   for (std::size_t a = 0; a < steps.size(); ++a) {
     for (std::size_t b = a + 1; b < steps.size(); ++b) {
@@ -79,7 +79,7 @@ TEST_CASE("a path exists at the least path's latency and none 1 ns below in 8000
     INFO("seed " << seed);
     REQUIRE(path_exists(steps, least.latency + sampling, sampling));
     REQUIRE_FALSE(path_exists(steps, least.latency + sampling - Duration{1}, sampling));
-    // The culprit is a step whose end decides: without that end, later ones decide at most as much.
+    // The end of the culprit decides the latency: without that end the others need no more.
     std::vector<StepTimes> without = steps;
     StepTimes& culprit = without[static_cast<std::size_t>(least.latency_culprit)];
     culprit.end = culprit.begin;

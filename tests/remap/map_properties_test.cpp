@@ -41,7 +41,7 @@ const char* p1_monotone(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// The force schedule is the inverse of the map: asked at F(n) it names step n, in between it names n + the fraction.
+/// The force schedule is the inverse of the map: at F(n) it gives step n, in between it gives n plus the fraction.
 const char* p2_inverse(const Schedule& schedule, Draw draw) {
   const bool of_paper = draw.between(0, 1) == 0;
   const std::vector<Placed> placed = of_paper ? place(paper_map(), schedule) : place(locked_map(), schedule);
@@ -57,7 +57,7 @@ const char* p2_inverse(const Schedule& schedule, Draw draw) {
     const Duration into{draw.between(0, slot.ns - 1)};
     const RealTime at = placed[n].emission + into;
     const double step = static_cast<double>(n) + ratio(into, slot);
-    // Asked at a head that has n + 1 and some more, as a device would.
+    // As for a device, the head is beyond entry n + 1.
     const auto head = static_cast<std::uint64_t>(std::min(placed.size(), n + 4));
     if (held.at(at, head).value != static_cast<double>(n)) return "another step's force is held within [F(n), F(n+1))";
     if (std::abs(linear.at(at, head).value - step) > 1e-9 * (1 + step)) return "inverse(F(n)) is not n";
@@ -65,7 +65,7 @@ const char* p2_inverse(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// From step to step the velocity changes by at most 7 % of the pace, in the places where phase_locked_map.h promises it.
+/// From step to step the velocity changes by at most 7 % of the pace, wherever phase_locked_map.h promises that.
 const char* p3_continuous(const Schedule& schedule, Draw) {
   PhaseLockedMap map = locked_map();
   std::int64_t n = 0, velocity_ns = 0;
@@ -107,7 +107,8 @@ const char* p3_jump_of_paper(const Schedule& schedule, Draw draw) {
     const Slot before = untold.read(n, {}), after = told.read(n, {});
     const double length_ns = static_cast<double>((segment.begin - anchor).ns);
     if (before.kind == SlotKind::mapped && last_count > 0) {
-      // N^ is the count of the segment before the last one: on from B by as many slots as there really were steps.
+      // N^ is the count of the segment before the last one. All counts are equal, so the old line has gone on from B by as
+      // many slots as there really were steps.
       const auto jump_ns = static_cast<double>((after.read - before.read).ns);
       const double expected_ns = length_ns - std::floor(estimate_ns);
       if (std::abs(jump_ns - expected_ns) > 1) return "the jump is not T_k - T^_k";
@@ -124,7 +125,7 @@ const char* p3_jump_of_paper(const Schedule& schedule, Draw draw) {
   }
   return nullptr;
 }
-/// P3 of paper is stated for segments of equal step counts; with others N^ /= N adds (N - N^) slots of its own.
+/// P3 of `paper` is stated for segments with equal step counts. If N^ differs from N, (N - N^) slots are added to the jump.
 Schedule equal_counts(Draw& draw) {
   Schedule schedule;
   RealTime now{draw.between(-1'000'000'000, 1'000'000'000)};
@@ -140,7 +141,7 @@ const char* p3_paper(Draw draw) {
   return p3_jump_of_paper(schedule, draw);
 }
 
-/// Every step gets one read and one emission; forces play once each, in order, and none is left over.
+/// Every step gets one read and one emission. Each force plays once, in order, and none is left over.
 const char* p4_conserved(const Schedule& schedule, Draw) {
   const std::size_t steps = step_count(schedule);
   PaperMap paper = paper_map();
@@ -191,10 +192,9 @@ struct Timing {
   Rate slots() const { return {periodic.segments.num * periodic.steps, periodic.segments.den}; }
 };
 
-/// x(R(n)) on the line, for a hand of any constant velocity. Roundings of 1 ns: B, T^ and slot for paper; phase_locked
-/// too, and its loop answers a period that is 1 ns off with up to 0.456 / w <= 2.2 ns more (w >= 0.2 at 60 Hz). A
-/// position is
-/// off by as much times v: 6 ns of a slot, whatever v is.
+/// x(R(n)) is on the line for a hand of any constant velocity. B, T^ and the slot are each rounded by 1 ns in both maps. The
+/// loop of phase_locked answers a period that is 1 ns off with up to 0.456 / w <= 2.2 ns more (w >= 0.2 at 60 Hz). So a
+/// position is off by v times 6 ns at most.
 const char* p7_exact(Draw draw) {
   const Timing timing = Timing::of(draw);
   const double v_m_per_s = 2 * draw.unit() - 1;
@@ -215,10 +215,9 @@ const char* p7_exact(Draw draw) {
   return nullptr;
 }
 
-/// All times later by any whole number of ns: all reads and emissions later by as much, exactly. All times twice as
-/// long at
-/// half the bandwidth: reads twice as far, to the ns of the two floors (and 1 ns where a sum rounds across one), L*
-/// too.
+/// If all times are later by a whole number of ns, all reads and emissions are later by exactly as much. If all times are
+/// twice as long and the bandwidth is half as large, reads are twice as far and L* is twice as long: to within the two
+/// floors of 1 ns, and 1 ns more where a sum rounds across one.
 const char* p9_equivariant(const Schedule& schedule, Draw draw) {
   const Duration shift{draw.between(-1'000'000'000'000'000, 1'000'000'000'000'000)};
   Schedule shifted = schedule, doubled = schedule;
@@ -249,8 +248,8 @@ const char* p9_equivariant(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// One step per segment, lengths that grow by r: the jump of paper goes to r / weight, the lag of phase_locked to
-/// r ((1 / 0.3 - 1 + H / T) / 0.25 - H / T): docs/numerics.md.
+/// With one step per segment and lengths that grow by r, the jump of `paper` goes to r / weight and the lag of phase_locked
+/// to r ((1 / 0.3 - 1 + H / T) / 0.25 - H / T), see docs/numerics.md.
 const char* p11_drift(Draw draw) {
   const double weight = 0.2 + 0.8 * draw.unit();
   const double bandwidth_Hz = 1.5 + 2 * draw.unit();
@@ -281,7 +280,7 @@ const char* p11_drift(Draw draw) {
   return nullptr;
 }
 
-/// The largest entry of the matrix of (distance from a line, velocity off its pace), as in follow(), to the power 2^12.
+/// follow() maps (distance from a line, velocity off its pace) by a matrix. This is the largest entry of its power 2^12.
 double after_4096_steps(double velocity_pull, double pull) {
   const double vp = velocity_pull * pull;
   std::array<double, 4> m{1 - vp, 1 - velocity_pull, -vp, 1 - velocity_pull};
@@ -301,7 +300,8 @@ const char* p12_stable(Draw draw) {
   return nullptr;
 }
 
-/// Bit for bit the same on a second run, on a copy that goes on from anywhere, and with a boundary told twice.
+/// The result is the same bit for bit on a second run, with a copy that goes on from anywhere, and with a boundary that is
+/// told twice.
 const char* p15_deterministic(const Schedule& schedule, Draw draw) {
   const std::vector<Placed> once = place(locked_map(), schedule);
   if (!same(once, place(locked_map(), schedule)) || !same(place(paper_map(), schedule), place(paper_map(), schedule))) {
@@ -323,8 +323,9 @@ const char* p15_deterministic(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Only boundaries and step counts matter to mapped steps of paper: not when steps run inside their segment, in which order,
-/// how V and the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is told.
+/// Only boundaries and step counts matter to mapped steps of `paper`. It does not matter when or in which order steps run
+/// inside their segment, how V and the steps share it, or whether two segments are really one with V = 0 in its middle, as
+/// long as that boundary is told.
 const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
   Schedule changed = schedule;
   for (Segment& segment : changed) {
@@ -344,7 +345,7 @@ const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Changing anything after the boundary of segment k changes no read or emission of a mapped step up to and in segment k.
+/// A change after the boundary of segment k changes no read or emission of a mapped step in or before segment k.
 const char* causal(const Schedule& schedule, Draw draw) {
   const auto from = static_cast<std::size_t>(draw.between(0, static_cast<std::int64_t>(schedule.size()) - 1));
   Schedule changed = schedule;
@@ -367,8 +368,8 @@ const char* causal(const Schedule& schedule, Draw draw) {
   if (!agree(place(paper_map(), schedule), place(paper_map(), changed))) return "paper looked ahead";
   return nullptr;
 }
-/// The same for phase_locked, which sees the begin of every step: changing anything after the begin of step n changes no
-/// read up to and of step n, and no emission before it.
+/// The same for phase_locked, which sees the begin of every step: a change after the begin of step n changes no read of step
+/// n or before it, and no emission before step n.
 const char* causal_in_segments(const Schedule& schedule, Draw draw) {
   const std::size_t count = step_count(schedule);
   if (count == 0) return nullptr;
@@ -446,7 +447,7 @@ TEST_CASE("a failing schedule is shrunk to its first failing segment, and writte
   REQUIRE(least.size() == 1);
   CHECK(least[0].begin == schedule[6].begin);
   CHECK(written(least).find(std::to_string(schedule[6].steps[2].end.ns) + ")") != std::string::npos);
-  const Schedule four = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });  // what needs four keeps four
+  const Schedule four = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });  // all four are needed
   CHECK(four.size() == 4);
   CHECK(four[0].begin == schedule[0].begin);
 }

@@ -1,4 +1,4 @@
-// The maps of others that are there for comparison: each against a second way to compute the same formula.
+// The maps of others that are offered for comparison. Each is checked against a second way to compute the same formula.
 #include <catch2/catch.hpp>
 
 #include "evenstep/remap/delay_locked_map.h"
@@ -116,7 +116,7 @@ TEST_CASE("other maps: of the paper's timing, which repeats, both make even slot
   RegressionMap line({450, 1}, {}, {}, 2);
   const std::vector<std::int64_t> of_locked = reads(locked, schedule), of_line = reads(line, schedule);
   for (std::size_t n = of_locked.size() - 450; n < of_locked.size(); ++n) {
-    // Segments begin at whole ns, so slots of the loop are off by rounding alone; the line sees the steps and bends along.
+    // Segments begin at whole ns, so slots of the loop are off by rounding only. The line sees the steps and bends along.
     CHECK(std::abs(of_locked[n] - of_locked[n - 1] - 2'222'222) <= 2);
     CHECK(std::abs(of_line[n] - of_line[n - 1] - 2'222'222) <= 100'000);
   }

@@ -1,4 +1,4 @@
-// A step change of V, N or the run time of steps, and what must not be taken for one.
+// A sudden change of V, of N or of the run time of steps, and what must not be mistaken for one.
 
 #include <catch2/catch.hpp>
 
@@ -17,7 +17,7 @@ struct Pace {
   double length_ns() const { return visualization_ns + steps * step_ns; }
 };
 
-/// `before` segments of one pace, then `after` of another, every instant the floor of the exact one.
+/// `before` segments of one pace, then `after` segments of another. Each instant is the floor of the exact one.
 Schedule changed(const Pace& from, const Pace& to, std::int64_t before, std::int64_t after) {
   Schedule schedule;
   double now_ns = 0;
@@ -38,7 +38,7 @@ Schedule changed(const Pace& from, const Pace& to, std::int64_t before, std::int
 struct Outcome {
   double latency_ms;
   double jump;            // in slots of the shorter pace
-  std::int64_t recovery;  // segments of the new pace until no velocity jump is above 1 % of a slot any more
+  std::int64_t recovery;  // segments of the new pace after which every velocity jump is at most 1 % of a slot
   bool steps_back;
 };
 constexpr std::int64_t kChange = 60;
@@ -64,7 +64,7 @@ Outcome outcome(const Pace& to) {
 }  // namespace
 
 TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as in the table of docs/numerics.md") {
-  // Latency to the digits of the table; jump rounded up; recovery exactly.
+  // The latency has the digits of the table, the jump is rounded up, the recovery is exact.
   struct Row {
     const char* change;
     Pace to;
@@ -97,8 +97,8 @@ TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as 
 }
 
 TEST_CASE("a longer V needs at most 6 ms more than its pause, from 1.1 V to 3 V") {
-  // V' + s + h less what the read of the last step before it had to spare: the pause bound. The map learns of the pause
-  // when it is over, and has caught up before the next one.
+  // The pause bound is V' + s + h less what the read of the last step before the pause had to spare. The map learns of the
+  // pause when it is over, and has caught up before the next one.
   for (int percent = 110; percent <= 300; percent += 5) {
     const double visualization_ns = 111'000.0 * percent;
     const double pause_ms = (visualization_ns + 2 * kStep_ns - 1e9 / 450 + 1e6) * 1e-6;

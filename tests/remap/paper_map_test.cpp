@@ -18,7 +18,7 @@ TEST_CASE("the segment estimate starts at the first length and then moves by wei
     for (const std::int64_t length : {40'000'000, 20'000'000, 33'333'333, 0}) {
       estimator.segment({length});
       expected = (1 - weight) * expected + weight * static_cast<double>(length);
-      CHECK(*estimator.length_ns() == Approx(expected).epsilon(1e-14).margin(1e-6));  // another order of the same sum
+      CHECK(*estimator.length_ns() == Approx(expected).epsilon(1e-14).margin(1e-6));  // the same sum in another order
     }
   }
 }
@@ -73,7 +73,7 @@ TEST_CASE("where N varies the averaged count needs a fraction of the latency and
     Draw draw(seed);
     Schedule schedule;
     RealTime now{};
-    for (std::int64_t k = 0; k < 300; ++k) {  // 1.5 ms steps without a pause, 8 to 60 of them
+    for (std::int64_t k = 0; k < 300; ++k) {  // 8 to 60 steps of 1.5 ms without a pause
       Segment segment{now, {}};
       for (std::int64_t i = draw.between(8, 60); i > 0; --i) {
         segment.steps.push_back({now, now + Duration{1'500'000}, k, 0});
@@ -90,7 +90,7 @@ TEST_CASE("where N varies the averaged count needs a fraction of the latency and
 TEST_CASE("a segment without steps re-anchors paper and keeps its estimate") {
   PaperMap map({}, {}, 0.5);
   map.boundary(0, RealTime{0});
-  map.boundary(0, RealTime{50});  // none yet: still acquiring
+  map.boundary(0, RealTime{50});  // no step yet: still acquiring
   CHECK(map.read(0, {}).kind == SlotKind::acquiring);
   map.emission(0, {});
   map.boundary(1, RealTime{150});  // T^ = 100, N^ = 1
@@ -101,7 +101,7 @@ TEST_CASE("a segment without steps re-anchors paper and keeps its estimate") {
 }
 
 TEST_CASE("the jump of paper at every boundary is T_k - T^_k, to the nanosecond, on 2000 random schedules") {
-  // A copy that is not told the boundary goes on along the old line: the difference is the jump.
+  // A copy that is not told the boundary goes on along the old line. Its difference from the map is the jump.
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed);
     const auto steps = draw.between(1, 40);
@@ -139,7 +139,7 @@ TEST_CASE("under a drift of r per segment the jump of paper settles at r / weigh
       RealTime begin{};
       Duration length{100'000'000};
       std::int64_t jump = 0;
-      for (std::int64_t n = 0; n < 300; ++n) {  // one step per segment: 0.9^300 of the start is below 1 ns
+      for (std::int64_t n = 0; n < 300; ++n) {  // one step per segment; 0.9^300 of the start is below 1 ns
         map.boundary(n, begin);
         PaperMap untold = map;
         map.read(n, {});

@@ -18,7 +18,7 @@ Slot step(SlotMap& map, std::int64_t n, RealTime began, RealTime ended) {
   return slot;
 }
 
-/// Tells a map one segment after the other; its steps fill its second half.
+/// Tells a map one segment after the other. The steps fill the second half of each segment.
 class PeriodicRun {
  public:
   explicit PeriodicRun(PhaseLockedMap& map) : map_(map) {}
@@ -36,7 +36,7 @@ class PeriodicRun {
     map_.boundary(n_, boundary_ = boundary_ + length);
     return worst;
   }
-  /// How far the last slot was after the even one.
+  /// How much later the last slot was than the slot of the even division.
   double last_ahead_ns() const { return last_; }
 
  private:
@@ -46,14 +46,15 @@ class PeriodicRun {
   double last_ = 0;
 };
 
-/// What a schedule of V = 11.1 ms and N steps of 1.482 ms has besides: the standard deviation of both lengths, and how often
-/// a pause has a hang of up to 1 s, a step takes up to 20 ms more, and (20 times as often) a segment idles for up to 30 ms.
+/// What disturbs a schedule of V = 11.1 ms and N steps of 1.482 ms: the standard deviation of both lengths; how often a
+/// pause contains a hang of up to 1 s; how often a step takes up to 20 ms more. 20 times as often as the latter, a segment
+/// idles for up to 30 ms.
 struct Disturbance {
   double jitter = 0, hangs = 0, long_steps = 0;
 };
 
-/// The least latency of the map over that of the best line, both without the device's h - 1 ns, after 20 segments. N is
-/// from `draw_steps`. Nothing is kept: a schedule may have 400,000 steps.
+/// The least latency of the map divided by that of the best line, both without the device's h - 1 ns, after 20 segments.
+/// `draw_steps` gives N. Steps are not kept, as a schedule may have 400,000 of them.
 template <class Steps>
 double times_best_line(Draw& draw, std::int64_t segments, const Disturbance& disturbance, Steps draw_steps) {
   PhaseLockedMap map({}, {});
@@ -96,7 +97,7 @@ struct Ratio {
   std::uint64_t seed = 0;
 };
 
-/// For seeds 0 to `count` - 1, in ascending order; half of the seeds on a second thread.
+/// The ratios for seeds 0 to `count` - 1, in ascending order. Half of the seeds run on a second thread.
 std::vector<Ratio> ratios_of_random_schedules(std::uint64_t count) {
   std::vector<Ratio> ratios(count);
   const auto every_second = [&](std::uint64_t first) {
@@ -116,7 +117,7 @@ std::vector<Ratio> ratios_of_random_schedules(std::uint64_t count) {
 TEST_CASE("phase_locked takes pace and phase from the first complete segment with steps") {
   PhaseLockedMap map({}, {});
   map.boundary(0, RealTime{100});
-  map.boundary(0, RealTime{1000});  // a segment without steps is not one to learn from
+  map.boundary(0, RealTime{1000});  // the map learns nothing from a segment without steps
   const auto at = [](std::int64_t n) { return RealTime{1000 + n * 1'000'000}; };
   for (std::int64_t n = 0; n < 3; ++n) CHECK(step(map, n, at(n), at(n + 1)).kind == SlotKind::acquiring);
   CHECK(map.period_ns() == 0);
@@ -226,8 +227,9 @@ TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from 
 }
 
 TEST_CASE("a step that begins late is caught up before its segment ends, whatever the pause before it was") {
-  // One pause 1 to 8 ms longer than usual, in segment 40: the last slot of that segment lies within 0.5 ms of where the
-  // last slots of all segments lie before the next boundary. (From 8 ms on the bound on the velocity takes longer.)
+  // The pause in segment 40 is 1 to 8 ms longer than usual. Still, the last slot of that segment is within 0.5 ms of the
+  // place before the next boundary where last slots usually are. (From 8 ms on the bound on the velocity makes it take
+  // longer.)
   for (std::int64_t late_ms = 1; late_ms <= 8; ++late_ms) {
     Schedule schedule = Periodic{}.schedule(42);
     for (StepTimes& one : schedule[40].steps) {
@@ -247,7 +249,7 @@ TEST_CASE("idle time makes up for a late step: the slots stay on their line") {
   Periodic timing;
   timing.idle = Duration{8'000'000};
   Schedule schedule = timing.schedule(60);
-  for (std::size_t k = 20; k < 60; k += 7) {  // up to 7 ms later, but the boundaries are in time
+  for (std::size_t k = 20; k < 60; k += 7) {  // steps up to 7 ms later, but boundaries on time
     const auto late_ns = static_cast<std::int64_t>(k % 4) * 2'300'000;
     for (StepTimes& one : schedule[k].steps) {
       one.begin.ns += late_ns;
@@ -277,7 +279,7 @@ TEST_CASE("the map settles at every bandwidth: from 5 % wrong, 0.02 Hz to 1 kHz"
     PeriodicRun run(map);
     run.start({});
     run.segment({35'000'000}, 15);
-    // 1.7 ms of pace decays by H / (H + T) per segment, the usual places by 7/8.
+    // Per segment the 1.7 ms of wrong pace decay by H / (H + T), the errors of the usual places by 7/8.
     const int settle = static_cast<int>(20 * std::max(1 / (bandwidth_Hz * 0.0333) + 1, 8.0)) + 20;
     for (int k = 0; k < settle; ++k) run.segment({33'333'330}, 15);
     CHECK(run.segment({33'333'330}, 15) <= 2);
@@ -313,8 +315,8 @@ TEST_CASE("phase_locked is even again after any hang, burst or change of pace: 2
     steps = draw.between(1, 40);
     const Duration length{steps * draw.between(500'000, 5'000'000)};
     const double ahead_ns = std::max(0.0, run.last_ahead_ns());
-    // The pace is forgotten by H / (H + T) per segment, from a factor of 1000 to 1e-9: ln 1e12 = 28. A slot that is ahead
-    // waits at a tenth of the pace. Margin: twice.
+    // The old pace is forgotten by H / (H + T) per segment: from a factor of 1000 to 1e-9, hence ln 1e12 = 28. A slot that
+    // is ahead waits at a tenth of the pace. Twice as many segments are allowed.
     const double segments =
         28 * (5e8 / static_cast<double>(length.ns) + 8) + ahead_ns / (0.5 * static_cast<double>(length.ns));
     for (double k = 0; k < 2 * segments; ++k) run.segment(length, steps);
@@ -388,8 +390,8 @@ TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 10
       ahead_ns = std::max(ahead_ns, run.last_ahead_ns());
     }
     INFO("seed " << seed << ": " << steps << " steps, first segment " << first.ns << " ns");
-    // A step of its pace shows that it was a start; the others of their segment run on at a tenth of it. Below four times
-    // the length it is no start.
+    // The first step at the usual pace shows that the long segment was a start. The other steps of its own segment still go
+    // on at a tenth of the wrong pace. A first segment below four times the usual length does not count as a start.
     const double share = 0.1 + 1 / static_cast<double>(steps);
     CHECK(ahead_ns < std::max(3 * 33'333'330.0, share * static_cast<double>(first.ns)));
     CHECK(run.segment({33'333'330}, steps) < 33'333'330 / 4.0);  // 1 s later
@@ -401,7 +403,7 @@ TEST_CASE("without a cycle, each step a segment of its own, the slots follow the
     Draw draw(seed);
     PhaseLockedMap map({}, {});
     RealTime now{};
-    for (std::int64_t n = 0; n < 600; ++n) {  // 10 % jitter: the walk of the begins goes where it likes, the slots with it
+    for (std::int64_t n = 0; n < 600; ++n) {  // 10 % jitter: the begins walk at random, and the slots follow them
       const RealTime end = now + Duration{std::llround(2e6 * draw.lognormal(0.1))};
       map.boundary(n, now);
       const Slot slot = step(map, n, now, end);
@@ -412,7 +414,7 @@ TEST_CASE("without a cycle, each step a segment of its own, the slots follow the
 }
 
 TEST_CASE("with any N phase_locked needs no more than the best line: {1, 30} and {1, 200} over 400 segments") {
-  // The loop that took its pace from T / N of single segments needed 17 and 170 times as much.
+  // A loop that took its pace from T / N of single segments needed 17 and 170 times as much.
   for (const std::int64_t most : {30, 200}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       Draw draw(seed);

@@ -1,2 +1,2 @@
-// The same program in C, as C++ takes it.
+// The same C program, compiled as C++.
 #include "remap_c_calls.c"

@@ -1,4 +1,4 @@
-// The remap as C sees it: the numbers of the C++ Remapper, and an error code for whatever else is asked of it.
+// The remap as C sees it: it gives the same numbers as the C++ Remapper, and an error code for every wrong call.
 
 #include <evenstep_remap.h>
 
@@ -44,7 +44,7 @@ evenstep_remap_counts counts_of(const evenstep_remap* remap) {
   return counts;
 }
 
-/// The calls of both threads in order: an end, then the tick of the same instant, then what begins.
+/// The calls of both threads in order. At the same instant an end comes first, then a tick, then a beginning.
 std::vector<remap_c_call> calls_of(const Schedule& schedule, Draw& draw) {
   std::vector<remap_c_call> calls;
   const auto call = [&](int what, RealTime at) {
@@ -104,7 +104,7 @@ RemapperOptions same(const evenstep_remap_options& c) {
   return options;
 }
 
-/// How many of the calls gave something else than the C++ Remapper gives, which takes values of eight components.
+/// The number of calls whose result differs from that of the C++ Remapper, which takes values of eight components.
 std::int64_t differences(const std::vector<remap_c_call>& calls, Remapper<std::array<double, 8>>& remap, std::size_t size) {
   std::int64_t differ = 0;
   for (const remap_c_call& call : calls) {
@@ -138,7 +138,7 @@ bool equal(const evenstep_remap_counts& c, const RemapCounts& counts) {
              std::array{c.force_inside, c.force_held, c.force_extrapolated, c.force_overruns, c.force_empty};
 }
 
-/// The code of a call and whether the error's text has these words.
+/// Does a call have the expected code, and does the text of the error contain these words?
 bool refused(int code, int expected, const std::string& words) {
   INFO(evenstep_remap_last_error());
   return code == expected && std::string(evenstep_remap_last_error()).find(words) != std::string::npos;
@@ -163,7 +163,7 @@ TEST_CASE("C99 and C++ get the numbers of the C++ Remapper from evenstep_remap.h
     extrapolated += counts.hand_extrapolated + counts.force_extrapolated;
     overruns += counts.hand_overruns + counts.force_overruns;
   }
-  CHECK((late > 0 && extrapolated > 0 && overruns > 0));  // the schedules have all of it
+  CHECK((late > 0 && extrapolated > 0 && overruns > 0));  // all three happen in these schedules
 }
 
 TEST_CASE("options outside their range are refused by name, and no handle is made") {
@@ -263,7 +263,7 @@ TEST_CASE("no call of a million with any numbers at all stops the program or giv
     std::int64_t now = 0;
     double value[8] = {};
     for (int i = 0; i < 20'000; ++i) {
-      // Mostly a little later, at times as far as it gets, or any number.
+      // Mostly a little later, at times as far as is allowed, or any number at all.
       const std::int64_t furthest =
           draw.between(0, 1'000) == 0 ? EVENSTEP_REMAP_FURTHEST_NS : std::int64_t{1} << draw.between(0, 40);
       now = std::min(now + draw.between(0, furthest), EVENSTEP_REMAP_FURTHEST_NS);
@@ -337,7 +337,7 @@ TEST_CASE("an error's text belongs to the thread whose call was refused") {
   CHECK(std::string(evenstep_remap_last_error()) == "evenstep_remap_segment: remap is NULL");
 }
 
-// The layout that other languages write down by hand; it changes only with EVENSTEP_REMAP_ABI.
+// Other languages write this layout down by hand. It changes only with EVENSTEP_REMAP_ABI.
 TEST_CASE("the structs of the C header keep their layout, and the library its version") {
   CHECK(evenstep_remap_abi() == 1);
   static_assert(sizeof(evenstep_remap_options) == 128 && offsetof(evenstep_remap_options, bandwidth_Hz) == 32 &&
@@ -357,6 +357,6 @@ TEST_CASE("a first segment of 60 years does not carry the slots out of time") {
   REQUIRE(evenstep_remap_segment(handle, -EVENSTEP_REMAP_FURTHEST_NS) == EVENSTEP_REMAP_OK);
   step(-EVENSTEP_REMAP_FURTHEST_NS);
   REQUIRE(evenstep_remap_segment(handle, EVENSTEP_REMAP_FURTHEST_NS) == EVENSTEP_REMAP_OK);
-  for (int n = 0; n < 1'000; ++n) step(EVENSTEP_REMAP_FURTHEST_NS);  // the slots go on by a tenth of the pace each
+  for (int n = 0; n < 1'000; ++n) step(EVENSTEP_REMAP_FURTHEST_NS);  // each slot is a tenth of the pace after the one before
   CHECK(counts_of(handle).steps == 1'001);
 }

@@ -1,4 +1,4 @@
-// The library as an embedder uses it: this room alone, no other, and its few calls.
+// The library as an embedder uses it: the few calls of this room, without any other room.
 
 #include "evenstep/remap/remapper.h"
 
@@ -18,7 +18,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // the test framework's sort asks this way
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // called by a sort in the test framework
   ++allocations;
   return std::malloc(size);
 }
@@ -38,7 +38,7 @@ Vector position_m(RealTime at) {
 double norm(const Vector& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-/// Events in time order, ties: step ends, device ticks, step begins.
+/// Events in the order of time. At the same instant: step ends, then device ticks, then step begins.
 template <class OnTick, class OnStep, class OnResponse, class OnSegment>
 void play(const Schedule& schedule, OnTick tick, OnStep step, OnResponse response, OnSegment segment) {
   std::int64_t k = 0;
@@ -133,7 +133,7 @@ TEST_CASE("a remapper that adapts finds the least latency by itself, held and in
       },
       [&](RealTime now) { hand = remap.begin_step(now).hand.value; }, [&](RealTime now) { remap.end_step(now, hand); },
       [&](RealTime now) { remap.segment(now); });
-  CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);  // held for a slot: the age is the latency, and up to one slot more
+  CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);  // a held force is as old as the latency and up to one slot more
 }
 
 TEST_CASE("a remapper allocates nothing after construction") {
@@ -154,12 +154,12 @@ TEST_CASE("a remapper allocates nothing after construction") {
       [&](RealTime now) { remap.segment(now); });
   const std::size_t after = allocations;
   CHECK(after == before);
-  CHECK(before > 0);  // the count does count
+  CHECK(before > 0);  // allocations are really counted
   CHECK(sum > 0);
 }
 
 TEST_CASE("a remapper counts the forces that come late, and says of each by how much") {
-  // Held, the paper's timing needs 12.842 ms: 1 ms less and the last steps of each visualization's wait come too late.
+  // With hold emission the paper's timing needs 12.842 ms. With 1 ms less, forces around each visualization come too late.
   const auto missing = GENERATE(Duration{0}, Duration{1'000'000}, Duration{5'000'000});
   Remapper<double> remap({.lead = {260'002}, .latency = Duration{12'842'230} - missing, .emission = Emission::hold});
   std::uint64_t late = 0;
@@ -181,7 +181,7 @@ TEST_CASE("a remapper counts the forces that come late, and says of each by how 
 }
 
 TEST_CASE("a remapper tells reads past the newest sample apart: on the policy's line, held, lost, and nothing there yet") {
-  // Slots every millisecond after a segment of four; the hand is sampled once, or not at all.
+  // After a segment of four steps there is a slot every millisecond. The hand is sampled once or not at all.
   const auto ms = [](std::int64_t count) { return RealTime{count * 1'000'000}; };
   const bool line = GENERATE(false, true);
   Remapper<double> remap(
@@ -214,7 +214,7 @@ TEST_CASE("a remapper counts what its ticks played: before the first force, betw
   const auto ms = [](std::int64_t count) { return RealTime{count * 1'000'000}; };
   const bool held = GENERATE(true, false);
   Remapper<double> remap({.emission = held ? Emission::hold : Emission::linear});
-  for (int n = 0; n < 3; ++n) {  // acquiring: each force is emitted when it is there, at 1, 2 and 3 ms
+  for (int n = 0; n < 3; ++n) {  // acquiring: each force is emitted as soon as it is there, at 1, 2 and 3 ms
     remap.begin_step(ms(n));
     remap.end_step(ms(n + 1), n);
   }
@@ -222,7 +222,7 @@ TEST_CASE("a remapper counts what its ticks played: before the first force, betw
   const ReadCounts force = remap.counts().force;
   CHECK(force.empty == 1);
   CHECK(force.inside == (held ? 5 : 3));
-  CHECK(force.held == (held ? 0 : 2));  // a held force misses none: late_forces counts there
+  CHECK(force.held == (held ? 0 : 2));  // with hold emission no force is missing: late_forces counts instead
   CHECK(force.extrapolated == 0);
 }
 

@@ -1,5 +1,5 @@
-// What a read finds in a ring, against a walk back from the newest entry, one entry at a time, over a list of all that was
-// pushed.
+// What a read finds in a ring, compared with a walk over a list of everything that was pushed: back from the newest entry,
+// one entry at a time.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <thread>
@@ -14,7 +14,8 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// All that was pushed; at a head the last `capacity` before it count, of those only the last `capacity + spare` of all.
+/// Everything that was pushed. At a head, the last `capacity` entries before it count, as far as they are among the last
+/// `capacity + spare` of all.
 struct Pushed {
   std::size_t capacity = 0, spare = 0;
   std::vector<RealTime> times;
@@ -26,10 +27,10 @@ struct Pushed {
 
 double value_of(std::uint64_t index) { return static_cast<double>(index * index); }
 
-/// Where the walk ends: the last entry at or before `at`, or none.
+/// Where the walk ends: at the last entry at or before `at`, or nowhere.
 struct Walk {
   bool any = false, found = false;
-  std::uint64_t earlier = 0;  // found
+  std::uint64_t earlier = 0;  // the entry, if one was found
   std::uint64_t oldest = 0;
 };
 Walk walk(const Pushed& pushed, RealTime at, std::uint64_t head) {
@@ -74,8 +75,8 @@ bool same(const Reading<double>& a, const Reading<double>& b) {
   return a.value == b.value && a.status == b.status && a.newest == b.newest;
 }
 
-/// Rings of 2 to 300 entries, up to four times round, with up to 7 entries of one time; reads at heads old and new, on
-/// entries, between them, before the first and past the newest.
+/// Rings of 2 to 300 entries are filled up to four times, with up to 7 entries of the same time. Reads come at old and new
+/// heads: on entries, between them, before the first and past the newest.
 const char* search_is_the_walk(Draw draw) {
   Pushed pushed;
   pushed.capacity = static_cast<std::size_t>(draw.between(0, 3) == 0 ? draw.between(2, 300) : draw.between(2, 20));
@@ -135,8 +136,8 @@ TEST_CASE("a read finds every entry and every gap of a ring, of each fill up to 
 }
 
 TEST_CASE("one writer and one reader: a reading far back is on the line, or says overrun, while the writer overtakes it") {
-  // The value is its own time, so that any mixture of entries would be seen. Reads lie up to the oldest entry of the ring,
-  // which the writer overwrites next.
+  // Each value is its own time, so that any mixture of entries would be seen. Reads go back as far as the oldest entry of
+  // the ring, which the writer overwrites next.
   constexpr std::int64_t kPushes = 200'000;
   constexpr std::int64_t kCapacity = 64;
   SampleBuffer<double> hand(kCapacity);
@@ -164,7 +165,7 @@ TEST_CASE("one writer and one reader: a reading far back is on the line, or says
     if (head > kCapacity) read();
   writer.join();
   CHECK(wrong == 0);
-  // Nobody writes any more: all of the ring is there.
+  // The writer has ended, so the whole ring can be read.
   const std::int64_t before = inside;
   for (back = 1; back < kCapacity - 1;) read();
   CHECK(inside - before >= 2 * (kCapacity - 3));

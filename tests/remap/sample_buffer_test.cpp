@@ -21,7 +21,7 @@ TEST_CASE("a sample buffer answers inside, underrun, overrun or empty: every tim
         if (at > 10 * entries) {
           REQUIRE(reading.status == ReadStatus::underrun);
           REQUIRE(reading.value == 100.0 * entries);
-        } else if (at < 10) {  // before the first entry ever: nothing was lost if that is still there
+        } else if (at < 10) {  // before the very first entry: nothing was lost if that entry is still there
           REQUIRE(reading.status == (oldest == 1 ? ReadStatus::inside : ReadStatus::overrun));
           REQUIRE(reading.value == 100.0 * oldest);
         } else if (at < 10 * oldest) {
@@ -29,7 +29,7 @@ TEST_CASE("a sample buffer answers inside, underrun, overrun or empty: every tim
         } else {
           REQUIRE(reading.status == ReadStatus::inside);
           REQUIRE(reading.value == Approx(10.0 * static_cast<double>(at)).epsilon(1e-15));
-          if (at % 10 == 0) REQUIRE(reading.value == 10.0 * static_cast<double>(at));  // on an entry: its very bits
+          if (at % 10 == 0) REQUIRE(reading.value == 10.0 * static_cast<double>(at));  // on an entry: the same bits
         }
       }
     }
@@ -53,7 +53,7 @@ TEST_CASE("a read at a head does not see what came later, for as long as the rin
   buffer.push(RealTime{110}, 0);  // 30 leaves the ring: entries 4..11 are left
   CHECK(buffer.at(RealTime{33}, 4).status == ReadStatus::overrun);
   CHECK(buffer.newest(4).status == ReadStatus::inside);
-  buffer.push(RealTime{120}, 0);  // the newest of that head has left too
+  buffer.push(RealTime{120}, 0);  // now the newest entry of that head has left, too
   CHECK(buffer.at(RealTime{45}, 4).status == ReadStatus::overrun);
   CHECK(buffer.newest(4).status == ReadStatus::overrun);
   CHECK(buffer.newest(0).status == ReadStatus::empty);
@@ -68,7 +68,7 @@ TEST_CASE("lerp is exact at both entries of binary fractions, constant where the
     CHECK(r[1] == -1 + 2 * w);
     CHECK(r[2] == 0.1);
   }
-  for (int i = 0; i <= 97; ++i) CHECK(lerp(0.1, 0.1, i / 97.0) == 0.1);  // weights that round
+  for (int i = 0; i <= 97; ++i) CHECK(lerp(0.1, 0.1, i / 97.0) == 0.1);  // these weights are rounded
   static_assert(lerp(3.0, 7.0, 0.0) == 3.0);
   static_assert(lerp(3.0f, 7.0f, 0.5) == 5.0f);
 }

@@ -25,7 +25,7 @@ struct Segment {
 };
 using Schedule = std::vector<Segment>;
 
-/// Random draws from a counter, the same with every library.
+/// Random draws, made from a counter, so that they are the same with every standard library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : key_(seed) {}
@@ -36,7 +36,7 @@ class Draw {
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   /// Mean 1, coefficient of variation `variation`.
   double lognormal(double variation) { return lognormal_of(sigma(variation)); }
-  /// Of the logarithm, for many draws.
+  /// The standard deviation of the logarithm, computed once for many draws.
   static double sigma(double variation) { return std::sqrt(std::log1p(variation * variation)); }
   double lognormal_of(double sigma) {
     const double normal = std::sqrt(-2 * std::log(1 - unit())) * std::cos(2 * std::numbers::pi * unit());
@@ -48,8 +48,8 @@ class Draw {
   std::uint64_t count_ = 0;
 };
 
-/// The paper's reference case and its relatives: segment k begins at floor(k / rate), pauses for V, and its N steps fill
-/// the rest or, with an idle time, end that much before it.
+/// The paper's reference case and variants of it: segment k begins at floor(k / rate), pauses for V, and its N steps fill
+/// the rest of it, except for an idle time at its end.
 struct Periodic {
   Rate segments{30, 1};
   Duration visualization{11'100'000};

@@ -9,7 +9,7 @@ using testing::asserts;
 
 namespace {
 
-/// Slots from a list; nullopt = acquiring.
+/// Gives slots from a list; nullopt means acquiring.
 class ListedMap final : public SlotMap {
  public:
   ListedMap(Duration lead, Duration latency, std::vector<std::optional<RealTime>> slots)
@@ -92,7 +92,7 @@ TEST_CASE("read and emission out of order stop on an assertion") {
     auto map = fresh();
     map.read(0, {});
     map.emission(1, {});
-  }));  // of another step
+  }));  // emission of another step
   CHECK(asserts([&] {
     auto map = fresh();
     map.read(0, {});

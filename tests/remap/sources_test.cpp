@@ -1,4 +1,4 @@
-// What a device plays of samples that come from elsewhere: each comparator against the law that it follows.
+// What a device plays when samples come from elsewhere. Each comparator is checked against the law that it follows.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ TEST_CASE("sources: a scheduled line is exact on constant velocity wherever it h
     std::vector<RealTime> stamps;
     RealTime stamp{draw.between(0, 1'000'000)};
     for (int i = 0; i < 30; ++i, stamp = stamp + Duration{draw.between(1, 20'000'000)}) stamps.push_back(stamp);
-    // In another order: neighbours swap places, as late samples do.
+    // Samples arrive in another order: neighbours swap places, as when samples are late.
     std::vector<RealTime> order = stamps;
     for (std::size_t i = 0; i + 1 < order.size(); i += 2) {
       if (draw.unit() < 0.5) std::swap(order[i], order[i + 1]);
@@ -100,7 +100,8 @@ TEST_CASE("sources: the slope of Holt-Winters converges to that of a line as its
     spec.level = 0.1 + 0.89 * draw.unit();
     spec.trend = 0.05 + 0.95 * draw.unit();
     const double a = spec.level, g = spec.trend, slope = 20 * draw.unit() - 10;
-    // Error of the level and of the trend times d: (1 - a, 1 - a; -a g, 1 - a g). Determinant 1 - a.
+    // With d the period, the matrix (1 - a, 1 - a; -a g, 1 - a g) of determinant 1 - a maps the errors of the level and of
+    // the trend times d to the next ones.
     const double trace = 2 - a - a * g, gap = trace * trace / 4 - (1 - a);
     const double radius = gap < 0 ? std::sqrt(1 - a) : trace / 2 + std::sqrt(gap);
     REQUIRE(radius < 1);
@@ -117,7 +118,7 @@ TEST_CASE("sources: the slope of Holt-Winters converges to that of a line as its
       if (n < 40) REQUIRE(holt.trend_per_s() - slope == Approx(trend / seconds(kPeriod)).epsilon(1e-6).margin(1e-9));
     }
     REQUIRE(holt.trend_per_s() == Approx(slope).epsilon(1e-9).margin(1e-9));
-    // From then on it plays the line itself, between samples too, and stops where it is told to.
+    // From then on it plays exactly the line, also between samples, and stops at the distance that it was given.
     const RealTime last = RealTime{} + kPeriod * (count - 1), between = last + Duration{3'000'000};
     REQUIRE(holt.at(between).value == Approx(3 + slope * seconds(between - RealTime{})).epsilon(1e-9).margin(1e-9));
     REQUIRE(holt.at(last + spec.furthest).status == ReadStatus::inside);
@@ -168,8 +169,8 @@ TEST_CASE(
 
 namespace {
 
-/// Samples 0 to 59 of a schedule that wobbles by up to a tenth of a period, some of them lost, never the first and last two;
-/// and the same samples with the lost ones on the line between their neighbours.
+/// Samples 0 to 59 of a schedule that wobbles by up to a tenth of a period. Some are lost, but never the first two and the
+/// last two. A lost sample is given the place on the line between its neighbours.
 struct LossyPair {
   struct One {
     RealTime stamp;
@@ -232,8 +233,9 @@ TEST_CASE("sources: with losses polyphase errs on a sine by its own 0.15 % and w
     Resampler<double> lossy(of_kind(Resampling::polyphase));
     bool before = false;
     for (int i = 0; i < 60; ++i) {
-      // Single losses: the line between the neighbours of one is wrong by 1 - cos(w T) of the amplitude at most. The weights
-      // of every second tap sum up to at most 1 (where the tick is at one of them), in absolute values; divided by 1.
+      // Losses are single. The line between the neighbours of a lost sample is wrong by 1 - cos(w T) of the amplitude at
+      // most. The absolute weights of every second tap add up to at most 1 (reached where the tick is at one of them), and
+      // they are divided by a sum of 1.
       const bool lost = !before && i > 0 && draw.unit() < 0.05;
       if (!lost) lossy.arrive(RealTime{} + kPeriod * i, signal(RealTime{} + kPeriod * i));
       before = lost;
@@ -251,7 +253,7 @@ TEST_CASE("sources: that a sample is missing is known from its number, if that c
   const auto at = [](double gap, std::optional<std::int64_t> first, std::optional<std::int64_t> second, double where) {
     ResamplerSpec spec = of_kind(Resampling::polyphase);
     Resampler<double> filter(spec);
-    // A step from 0 to 1 between samples 9 and 10. One in between would be 0.5 there.
+    // A step from 0 to 1 between samples 9 and 10. A sample in between would be 0.5.
     for (int i = 0; i < 20; ++i) {
       const RealTime stamp = RealTime{} + kPeriod * i + Duration{i < 10 ? 0 : static_cast<std::int64_t>((gap - 1) * 1e7)};
       const auto& base = i < 10 ? first : second;
@@ -259,15 +261,15 @@ TEST_CASE("sources: that a sample is missing is known from its number, if that c
     }
     return filter.at(RealTime{} + kPeriod * 9 + Duration{static_cast<std::int64_t>(where * 1e7)}).value;
   };
-  // In the middle of the step both give 0.5, by symmetry, so they are compared at a quarter of the gap.
+  // In the middle of the step both give 0.5 by symmetry, so they are compared at a quarter of the gap.
   const double whole = at(1.4, {}, {}, 0.35), halved = at(1.4, 0, 1, 0.35);
   CHECK(std::abs(whole - halved) > 0.02);
   CHECK(at(1.4, 0, 0, 0.35) == whole);              // numbers that follow each other, a gap below 1.5
-  CHECK(at(1.4, 0, 1'000'000, 0.35) == whole);      // a source that began anew: 0.0000014 periods each
-  CHECK(at(1.4, 5'000, 0, 0.35) == whole);          // or from 0
-  CHECK(at(1.6, 0, 0, 0.4) == at(1.6, 0, 1, 0.4));  // nothing lost, but nothing made either: a line all the same
+  CHECK(at(1.4, 0, 1'000'000, 0.35) == whole);      // a source that began again: 0.0000014 periods a number cannot be true
+  CHECK(at(1.4, 5'000, 0, 0.35) == whole);          // one that began again from 0
+  CHECK(at(1.6, 0, 0, 0.4) == at(1.6, 0, 1, 0.4));  // no number is missing, but the gap is long: a line here, too
   CHECK(at(1.6, {}, {}, 0.4) == at(1.6, 0, 1, 0.4));
-  CHECK(at(3, {}, {}, 1) == Approx(1.0 / 3).epsilon(1e-12));  // at a missing one: itself
+  CHECK(at(3, {}, {}, 1) == Approx(1.0 / 3).epsilon(1e-12));  // at a missing sample: its value on the line
   CHECK(at(3, {}, {}, 2) == Approx(2.0 / 3).epsilon(1e-12));
 }
 
@@ -291,10 +293,10 @@ TEST_CASE("sources: where the neighbour ahead is not there yet, polyphase contin
       REQUIRE(played.value == Approx(whole.at(t).value).epsilon(1e-12).margin(1e-12));
       REQUIRE((played.status == ReadStatus::underrun) == (newest < t + kPeriod * (spec.taps - 1)));
     }
-    // Past the newest it is held.
+    // Past the newest sample its value is held.
     REQUIRE(cut.at(newest + Duration{1}).value == line(newest));
     REQUIRE(cut.at(newest + Duration{1}).status == ReadStatus::underrun);
-    // A burst is continued as if its samples were a period apart, so that the taps that are not there cannot run away.
+    // A burst is continued as if its samples were a period apart, so that the taps that are missing cannot run away.
     Resampler<double> burst(spec);
     for (int i = 0; i < 20; ++i) burst.arrive(RealTime{} + Duration{1'000} * i, slope * i);
     REQUIRE(std::abs(burst.at(RealTime{} + Duration{18'999}).value) <= std::abs(slope) * (20 + spec.taps));
@@ -329,7 +331,7 @@ ChunkSpec chunks_of(ChunkRule rule, int entries = 10) {
   return spec;
 }
 
-/// A chunk of a policy that sees `value` at s and continues with `slope`.
+/// A chunk of a policy that sees `value` at `stamp` and continues with `slope`.
 Chunk<double> chunk(RealTime stamp, double value, double slope) { return {stamp, value, slope * seconds(kPeriod)}; }
 
 }  // namespace
@@ -343,7 +345,7 @@ TEST_CASE("chunks: all rules play a line exactly as long as a chunk covers the t
       ChunkPlayer<double> player(chunks_of(rule, 12));
       Draw same = draw;
       RealTime stamp;
-      RealTime covered;  // up to here
+      RealTime covered;  // the end of the last entry
       for (int n = 0; n < 8; ++n) {
         const RealTime arrives = stamp + Duration{same.between(1'000'000, 80'000'000)};
         player.arrive(arrives, chunk(stamp, value(stamp), slope));
@@ -351,7 +353,7 @@ TEST_CASE("chunks: all rules play a line exactly as long as a chunk covers the t
         const RealTime next = arrives + Duration{same.between(0, 20'000'000)};
         for (RealTime t = arrives; t < next; t = t + Duration{1'000'000}) {
           const Reading<double> played = player.at(t);
-          // The last entry is held to the end of its own time, and beyond.
+          // The last entry is held until the end of its time, and beyond.
           REQUIRE(played.value == Approx(value(std::min(t, covered - kPeriod))).epsilon(1e-12));
           REQUIRE(played.status == (t < covered ? ReadStatus::inside : ReadStatus::underrun));
         }
@@ -386,7 +388,8 @@ TEST_CASE(
 }
 
 TEST_CASE("chunks: on a steady acceleration replace jumps by what the policy's line has missed") {
-  // The line through x(s) and x(s - w), continued for b, is wrong by a b (b + w) / 2; at its arrival a chunk is older by b0.
+  // The line through x(s) and x(s - w), continued for b, is wrong by a b (b + w) / 2. When a new chunk arrives, the line of
+  // the old chunk has been continued for longer than the new one.
   const double a = 4;
   const Duration every{100'000'000}, takes{60'000'000};
   const auto x = [&](RealTime t) { return a / 2 * seconds(t - RealTime{}) * seconds(t - RealTime{}); };

@@ -1,4 +1,4 @@
-// Cycles that are there are found as they are, and none is found where there is none.
+// A cycle that exists is found as it is, and none is found where there is none.
 #include "evenstep/remap/step_cycle.h"
 
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t us = 1'000, ms = 1'000'000;
 
-/// Positions of the steps that begin a segment of the schedule, but the first.
+/// The indices of the steps that begin a segment of the schedule, except the first.
 std::vector<std::size_t> boundaries_of(const Schedule& schedule) {
   std::vector<std::size_t> boundaries;
   std::size_t n = 0;
@@ -23,7 +23,7 @@ std::vector<std::size_t> boundaries_of(const Schedule& schedule) {
   return boundaries;
 }
 
-/// Steps whose gaps are drawn one by one: no rhythm.
+/// Steps whose gaps are drawn one by one, so that they have no rhythm.
 template <class Gap>
 std::vector<StepTimes> gapped(Draw& draw, std::size_t count, Gap gap) {
   std::vector<StepTimes> steps;
@@ -167,7 +167,7 @@ TEST_CASE("there is no cycle in steps back to back evenly apart or too few") {
 }
 
 TEST_CASE("pauses that fall anywhere are no cycle and of 3000 such traces at most 3 are mistaken") {
-  // Long pauses after each step with a probability of 1/2 to 1/50, lengths alike or over decades.
+  // After each step a long pause comes with a probability of 1/2 to 1/50. The lengths are alike or differ by decades.
   int found = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     Draw draw(seed + 9);

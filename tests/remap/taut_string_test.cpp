@@ -25,9 +25,10 @@ int compare(At a, At b, At c, At d) {
   return left < right ? -1 : left > right;
 }
 
-/// The conditions of Karush, Kuhn and Tucker for the least sum of any convex function of the slopes; for a convex
-/// function on a convex set they are sufficient: inside the tube; straight but where it touches; slower after touching
-/// the lower bound, faster after touching the upper one. With free ends the first and the last slope are tau*.
+/// The conditions of Karush, Kuhn and Tucker for the least sum of any convex function of the slopes. They are sufficient
+/// for a convex function on a convex set. The string is inside the tube. It is straight except where it touches the tube;
+/// it is slower after touching the lower bound and faster after touching the upper one. With free ends the first and the
+/// last slope are tau*.
 void check_optimal(const std::vector<StepTimes>& steps, Duration latency, Duration sampling, const TautString& string) {
   const auto low = [&](std::size_t n) { return (steps[n].end - latency).ns; };
   const auto high = [&](std::size_t n) { return (steps[n].begin - sampling).ns; };
@@ -40,7 +41,7 @@ void check_optimal(const std::vector<StepTimes>& steps, Duration latency, Durati
   std::vector<At> bends;
   for (const std::size_t n : string.bends) bends.push_back({static_cast<std::int64_t>(n), string.reads[n].ns});
   for (std::size_t i = 1; i < bends.size(); ++i) {
-    for (std::int64_t n = bends[i - 1].n; n < bends[i].n; ++n) {  // straight in between, to the floor
+    for (std::int64_t n = bends[i - 1].n; n < bends[i].n; ++n) {  // straight in between, up to the floor
       const std::int64_t line =
           bends[i - 1].ns + floor_mul_div(n - bends[i - 1].n, bends[i].ns - bends[i - 1].ns, bends[i].n - bends[i - 1].n);
       REQUIRE(string.reads[static_cast<std::size_t>(n)].ns == line);
@@ -52,7 +53,7 @@ void check_optimal(const std::vector<StepTimes>& steps, Duration latency, Durati
     double turn = 0;  // slope after - slope before
     if (i > 0 && i + 1 < bends.size()) {
       turn = compare(bends[i], bends[i + 1], bends[i - 1], bends[i]);
-    } else {  // one side is tau*, of which we have a double
+    } else {  // one side is tau*, which is known as a double only
       const auto slope = [&](std::size_t a) {
         return static_cast<double>(bends[a + 1].ns - bends[a].ns) / static_cast<double>(bends[a + 1].n - bends[a].n);
       };
@@ -115,7 +116,7 @@ TEST_CASE("the taut string meets the conditions of the optimum, from the least l
 }
 
 TEST_CASE("a tube of no width anywhere is the path itself, and a bend is where it turns") {
-  // R(n) = S_n - 1 = E_n - 11: run times of 10, L = 11, d = 1.
+  // R(n) = S_n - 1 = E_n - 11, as steps take 10, L = 11 and d = 1.
   std::vector<StepTimes> steps;
   for (std::int64_t n = 0; n < 30; ++n) steps.push_back({RealTime{100 * n + n % 3}, RealTime{100 * n + n % 3 + 10}});
   const TautString string = taut_string(steps, {11}, {1});

@@ -21,7 +21,7 @@ TEST_CASE("a ring gives the last `capacity` entries and no other: every capacity
         TimedRing<std::int64_t>::Entry entry;
         const bool there = index < head && head - index <= capacity;
         REQUIRE(ring.get(index, head, entry) == there);
-        // An entry that is not there yet is not read at a head that is not reached yet either.
+        // An entry that is not there yet cannot be read, even with a head beyond it.
         REQUIRE((index < head || !ring.get(index, index + 1, entry)));
         if (!there) continue;
         REQUIRE(entry.time.ns == static_cast<std::int64_t>(index) * 10);
@@ -92,7 +92,7 @@ TEST_CASE("a ring of less than two entries stops on an assertion") {
 
 namespace {
 
-/// Seven words that all follow from the first.
+/// Seven words; the first determines all others.
 struct Sealed {
   std::array<std::uint64_t, 7> words;
   static Sealed of(std::uint64_t key) {
@@ -125,7 +125,7 @@ TEST_CASE("one writer and one reader: an entry that was read is whole and the ri
   }
   writer.join();
   CHECK(wrong == 0);
-  // All four left are readable now, so this cannot pass by refusing everything.
+  // The four entries that are left can be read now, so a ring that refuses everything does not pass.
   for (std::uint64_t back = 1; back <= 4; ++back) {
     TimedRing<Sealed>::Entry entry;
     CHECK(ring.get(kPushes - back, kPushes, entry));
@@ -135,7 +135,7 @@ TEST_CASE("one writer and one reader: an entry that was read is whole and the ri
 }
 
 TEST_CASE("one writer and one reader: interpolation at a head gives the line, or says overrun") {
-  // The value is its own time, so that any mixture of entries would be seen.
+  // Each value is its own time, so that any mixture of entries would be seen.
   constexpr std::int64_t kPushes = 200'000;
   SampleBuffer<double> hand(8);
   ForceSchedule<double> forces(8, Emission::linear);

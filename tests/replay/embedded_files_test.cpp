@@ -1,4 +1,4 @@
-// The files that a scenario names, within its recording.
+// A recording contains the files that its scenario names.
 
 #include "src/embedded_files.h"
 
@@ -19,7 +19,7 @@ using internal::pieces_of;
 
 namespace {
 
-/// A recording with one file, "trace.csv", in these pieces, and what stands behind them.
+/// Reads a recording that contains one file, "trace.csv", in these pieces.
 InputLogResult read_with(const std::vector<FilePiece>& pieces, std::uint64_t digest = 0, bool behind_lanes = false) {
   MadeUp file(0, false);
   InputLogHead head = made_up_head();

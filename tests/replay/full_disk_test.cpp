@@ -1,4 +1,4 @@
-// A disk that takes nothing any more, or nothing for a while. Without rights there is no small disk to fill: /dev/full takes
+// A disk that is full for ever or for a while. Without rights these tests cannot make a small disk. Instead, /dev/full takes
 // nothing at all, and a limit on the size of files (RLIMIT_FSIZE) takes a part of a block.
 
 #include <sys/resource.h>
@@ -54,9 +54,9 @@ TEST_CASE("lanes are refused, and never wait, while a disk takes nothing, nothin
   REQUIRE(writer);
   std::int64_t taken = 0;
   {
-    const LimitedFiles full(10'000);  // within a block
+    const LimitedFiles full(10'000);  // the limit is within a block
     while ((*writer)->offer(internal::BlockKind::device, encoded(device_slice(taken)))) ++taken;
-    CHECK(taken > 100);  // the ring was filled
+    CHECK(taken > 100);  // the ring is full
     const InputLogResult meanwhile = read_input_log(path);
     CHECK((!meanwhile || meanwhile->bytes <= 10'000));
   }

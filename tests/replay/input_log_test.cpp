@@ -1,4 +1,4 @@
-// The file of a recording: what is read of one that was cut or changed at any place, and of one whose writer was killed.
+// The file of a recording: what is read from a file that was cut or changed anywhere, or whose writer was killed.
 
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -128,7 +128,7 @@ TEST_CASE("a device that was away is away in the recording, too") {
 
 namespace {
 
-/// A recording of so many slices of 20 ms, which is written without having it in memory.
+/// Writes a recording of this many slices of 20 ms, without keeping it in memory.
 void write_long(const std::string& path, std::int64_t slices, bool device_too = true) {
   std::ofstream out(path, std::ios::binary);
   std::uint64_t blocks = 0;
@@ -144,7 +144,7 @@ void write_long(const std::string& path, std::int64_t slices, bool device_too = 
   REQUIRE(out.flush());
 }
 
-/// The most memory that a process of its own had that does this; it must succeed.
+/// The most memory that a separate process needs for this work. The work must succeed.
 template <class Work>
 std::int64_t bytes_for(Work work) {
   const pid_t child = ::fork();
@@ -164,7 +164,7 @@ std::int64_t bytes_to_read(const std::string& path, const std::string& folder, s
   });
 }
 
-/// As `import` and `replay --timing` do.
+/// The most memory needed to write the timing as `import` and `replay --timing` do.
 std::int64_t bytes_to_write_timing(const std::string& path, const std::string& folder, const std::string& timing) {
   return bytes_for([&] {
     const InputLogResult read = read_input_log(path, {false, std::make_shared<RowFiles>(folder)});
@@ -177,7 +177,7 @@ std::int64_t size_of(const std::string& path) { return static_cast<std::int64_t>
 
 }  // namespace
 
-// Not under sanitizers, whose allocators keep what was freed.
+// Left out with sanitizers, because their allocators keep what was freed.
 TEST_CASE("a recording of twenty minutes needs no more memory to be read than one of twenty seconds", "[sweep]") {
   const Folder folder;
   constexpr std::int64_t kBrief = 1000, kLong = 60'000;
@@ -294,7 +294,7 @@ TEST_CASE("bytes changed at random under right checksums are read or refused, 5,
 
 namespace {
 
-/// What the child says of itself, in memory that outlives it.
+/// What the child process reports, in memory that outlives it.
 struct Said {
   std::atomic<std::uint64_t> blocks_kept{0};
 };
@@ -333,7 +333,7 @@ void kill_writers(int times, std::uint64_t seed) {
     std::filesystem::remove(path);
   }
   ::munmap(shared, sizeof(Said));
-  CHECK(most > 4);  // some of them had written slices
+  CHECK(most > 4);  // some writers had written slices
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The rows of a live run on their way to files: none is lost without being counted, no lane allocates, and a run that lasts
-// longer needs no more memory.
+// The rows of a live run on their way to files: no row is lost without being counted, no lane allocates, and a longer run
+// needs no more memory.
 
 #include "src/live_rows.h"
 
@@ -21,7 +21,7 @@ using evenstep::internal::LiveRows;
 
 namespace {
 
-/// The lanes of a live run whose rows the test makes itself.
+/// The lanes of a live run, with rows that the test makes.
 struct LiveLanes {
   Scenario scenario = read("paper/figure-1-spring.toml");
   StrategyPlan plan = evenstep::plan(scenario).back();
@@ -35,7 +35,8 @@ struct LiveLanes {
   std::vector<DeviceInputs> added{1};
   std::int64_t slices = 0, ticks = 0, steps = 0, allocated = 0;
 
-  /// A slice of either lane: 20 ticks, 9 steps, and a segment in every second one, whose visualization ends in the next.
+  /// A slice of each lane: 20 ticks and 9 steps. Every second slice has a segment whose visualization ends in the next
+  /// slice.
   void slice(LiveRows& rows) {
     DeviceRecord& made = lanes.rows().devices[0];
     allocated += made.ticks.capacity() < 20 || added[0].ticks.capacity() < 20 || lanes.rows().steps.capacity() < 9 ||
@@ -83,7 +84,7 @@ TEST_CASE(
   LiveRows rows(live.scenario, in_files ? std::make_shared<RowFiles>(folder.path.string()) : nullptr, nullptr);
   rows.attach(live.lanes, live.added, live.device, live.simulation);
   rows.start();
-  constexpr int kBetween = 100;  // of 512 that have a place
+  constexpr int kBetween = 100;  // there is room for 512
   for (int i = 0; i < 2000; ++i) {
     live.slice(rows);
     if (i % kBetween == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -142,9 +143,9 @@ TEST_CASE("rows of a live run that find no room on the disk fail it, and until t
 
 namespace {
 
-constexpr std::int64_t kEnough = 24 << 20;  // bytes of rows, a third of those of 18 s
+constexpr std::int64_t kEnough = 24 << 20;  // bytes of rows: a third of what 18 s make
 
-/// What a live run of a process of its own needed: the most memory that it had, and the bytes of the rows it made. Its
+/// What a live run in a separate process needed: the most memory that it had, and the bytes of the rows that it made. Its
 /// replay and a shadow make as many again.
 struct Needed {
   std::int64_t most_bytes = 0, row_bytes = 0;
@@ -181,13 +182,13 @@ Needed run_apart(const std::string& duration) {
 
 }  // namespace
 
-// Not under sanitizers, whose allocators keep what was freed.
+// Left out with sanitizers, because their allocators keep what was freed.
 TEST_CASE("a live run that lasts six times as long needs no more memory: its rows, its replay and a shadow are in files",
           "[sweep]") {
   const Needed brief = run_apart("3 s");
   Needed lasting;
   std::int64_t more_rows = 0;
-  // A busy machine misses ticks, and a tick that is missed makes no row: then the run is made longer.
+  // A busy machine misses ticks, and a missed tick makes no row. Then a longer run is made.
   for (const char* duration : {"18 s", "54 s"}) {
     lasting = run_apart(duration);
     more_rows = lasting.row_bytes - brief.row_bytes;
@@ -197,8 +198,8 @@ TEST_CASE("a live run that lasts six times as long needs no more memory: its row
   INFO(brief.row_bytes << " bytes of rows needed " << brief.most_bytes << ", " << lasting.row_bytes << " needed "
                        << lasting.most_bytes);
   if (more_rows < kEnough) FAIL("this machine ran less than a ninth of the ticks: too few rows to judge");
-  // Inputs and steps come on top of these rows; 32 MiB of pages may stay in memory (rows.h), of which the brief run has
-  // some.
+  // Inputs and steps come on top of these rows. 32 MiB of pages may stay in memory (rows.h), and the brief run has some of
+  // these, too.
   CHECK(more < more_rows);
   CHECK(more < (40 << 20));
 }

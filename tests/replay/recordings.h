@@ -17,7 +17,7 @@ namespace evenstep::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// A folder that is gone at the end.
+/// A folder that is removed at the end.
 struct Folder {
   std::filesystem::path path;
   Folder() {
@@ -44,7 +44,7 @@ inline InputLogHead made_up_head() {
   return head;
 }
 
-/// The slices number `index` of the two lanes: 20 ticks and 9 steps each.
+/// Slice number `index` of each of the two lanes, with 20 ticks and 9 steps.
 inline internal::DeviceSlice device_slice(std::int64_t index) {
   internal::DeviceSlice slice;
   slice.tools.resize(1);
@@ -85,7 +85,7 @@ Bytes encoded(const Struct& value) {
 
 inline void append(Bytes& bytes, const Bytes& more) { bytes.insert(bytes.end(), more.begin(), more.end()); }
 
-/// A whole file of so many slices of each lane, and where each of its blocks ends.
+/// A whole file with this many slices of each lane, and where each of its blocks ends.
 struct MadeUp {
   Bytes bytes = internal::file_begin();
   std::vector<std::size_t> ends;

@@ -1,5 +1,5 @@
-// A live run, its recording, and the replay of it. Nothing here asserts how late a machine is: what must hold on any is that
-// the replay is the run, bit for bit, also of one that was killed.
+// A live run, its recording, and the replay of it. Nothing here asserts how late a machine is. On any machine the replay
+// must be the run, bit for bit, also that of a run that was killed.
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -52,7 +52,7 @@ RunOutcome replay_file(const std::string& path) {
   return replay_log(*log, *scenario);
 }
 
-/// What is different in the metrics of two runs, but for times of the machine.
+/// The first difference between the metrics of two runs, apart from times of the machine.
 std::string first_difference_of(const Metrics& a, const Metrics& b) {
   for (const auto& [signal, values] : a) {
     for (const auto& [metric, value] : values) {
@@ -165,10 +165,10 @@ void cut_anywhere(const Scenario& recorded) {
       continue;
     }
     REQUIRE(outcome.exit == ExitCode::pass);
-    // A lane that was late needs what the other one did after this slice.
+    // A lane that was late needs what the other lane did after this slice.
     REQUIRE(outcome.record.nominal.end <= cut->until());
     REQUIRE(outcome.record.nominal.end + Duration{200'000'000} >= cut->until());
-    // The device lane may be in it for longer: those ticks were due, too.
+    // The recording of the device lane may be longer: those ticks were due, too.
     REQUIRE(outcome.metrics.at("events.device.tick").at("deadline_misses") >= 0);
   }
   CHECK(lengths.size() > 15);
@@ -281,7 +281,7 @@ void kill_runs(int times, std::uint64_t seed) {
       record(scenario, path);
       ::_exit(0);
     }
-    // From before its file is there to some slices into the run.
+    // The kill comes at any time from before the file exists to some slices into the run.
     state = spread(state + 1);
     std::this_thread::sleep_for(std::chrono::microseconds(200'000 + state % 400'000));
     std::error_code none;

@@ -1,4 +1,4 @@
-// The conservation laws of a run: each number that is changed by one breaks one of them.
+// The conservation laws of a run: whichever number is changed by one, one of the laws breaks.
 
 #include "evenstep/reports/balance.h"
 

@@ -151,7 +151,7 @@ def main(path):
         document = json.load(file, parse_float=Decimal)
     assert not faults(document), faults(document)
     events = document["traceEvents"]
-    # Of the mutations only a few hundred events are needed, those of one strategy and device that belong together.
+    # The mutations need only a few hundred events that belong together, those of one strategy and device.
     small = {"traceEvents": excerpt(events)}
     assert not faults(small), faults(small)
     for rule, change in MUTATIONS.items():

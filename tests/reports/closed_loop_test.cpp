@@ -68,7 +68,7 @@ Rows<TickRow> swing(double growth_per_s, double amplitude_m = 5e-3) {
 }  // namespace
 
 TEST_CASE("the energy at the port is minus force times way, step by step, and its sign says who gives") {
-  // Pushed 1 mm against 2 N twice, then let back under 5 N: 4 mJ in, 5 mJ out.
+  // The hand is pushed by 1 mm against 2 N twice, then moves back under 5 N: 4 mJ in, 5 mJ out.
   const std::vector<double> t{0, 0.001, 0.002, 0.003};
   const std::vector<Vec3> x{{0, 0, 0}, {1e-3, 0, 0}, {2e-3, 0, 0}, {1e-3, 0, 0}};
   const std::vector<Vec3> force{{-2, 0, 0}, {-2, 0, 0}, {-5, 0, 0}, {-99, 0, 0}};
@@ -84,7 +84,7 @@ TEST_CASE("every axis counts") {
 }
 
 TEST_CASE("springs that go along with the hand give back what was put in, whatever way, saturation and side") {
-  // All of the force is the spring's: E is what the spring stores.
+  // The whole force comes from the spring, so E is the energy that the spring stores.
   const SpringRow spring{{0.001, 0, -0.002}, {300, 0, 100}, {0, 200, 100}, {0.4, 0.2, 9}};
   std::vector<double> t;
   std::vector<Vec3> x, force;
@@ -94,7 +94,7 @@ TEST_CASE("springs that go along with the hand give back what was put in, whatev
     force.push_back(spring_force_N(spring, x.back()));
   }
   const auto stored_J = [&](const Vec3& at) {
-    // By the midpoint rule along each axis from the center on, 1e-4 of the largest force wide.
+    // By the midpoint rule along each axis, from the center on.
     double sum = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       constexpr int kParts = 20'000;
@@ -110,7 +110,7 @@ TEST_CASE("springs that go along with the hand give back what was put in, whatev
   const Rows<SpringRow> springs(t.size(), spring);
   const auto energy = port_energy(t, x, force, 0, springs);
   for (std::size_t k = 0; k < t.size(); k += 7) CHECK(energy[k] == Approx(stored_J(x[k]) - stored_J(x[0])).margin(1e-9));
-  // Beside a held force: that one's work besides.
+  // With a held force added, the work of that force is added.
   std::vector<Vec3> more = force;
   for (Vec3& f : more) f[1] -= 0.5;
   const auto both = port_energy(t, x, more, 0, springs);
@@ -131,12 +131,13 @@ TEST_CASE("a damper renders its own damping, a held spring minus k h / 2, a dela
       return result->damping_N_s_per_m;
     };
     const auto spring = [&](double delay) { return [=](double t) { return -k * A * std::sin(w * (t - delay)); }; };
-    // A force held for h acts h / 2 late and its fundamental is (w h)^2 / 24 smaller; sin(w D) / w for the delay D.
+    // A force that is held for h acts h / 2 late, and its fundamental is smaller by (w h)^2 / 24. For a delay D the law has
+    // sin(w D) / w instead of D.
     const double tolerance = w * h * w * h;
     for (const double delay : {0.0, 0.0151, 0.03}) {
       const double total = delay + h / 2, expected = -k * std::sin(w * total) / w;
       CHECK(rendered(spring(delay), 0) == Approx(expected).epsilon(tolerance + 1e-6));
-      // The same delay between sending and feeling, a whole number of ticks or not.
+      // The delay between sending and feeling counts the same, whether it is a whole number of ticks or not.
       const double late = -k * std::sin(w * (total + 0.0024)) / w;
       CHECK(rendered(spring(delay), 0.0024) == Approx(late).epsilon(0.005));
       CHECK(rendered(spring(delay), 0.002) == Approx(rendered(spring(delay + 0.002), 0)).epsilon(0.002));
@@ -152,7 +153,7 @@ TEST_CASE("rendered damping uses whole cycles only, ends between two ticks, and 
     const Port port = sine_port(5e-3, 3, 1000, ticks, law);
     return rendered_damping(port.t, port_energy(port.t, port.x, port.force_N, 0), 0.01, 3);
   };
-  CHECK_FALSE(rendered(334));  // 333 ms of 333.3
+  CHECK_FALSE(rendered(334));  // 333 ms, shorter than the period of 333.3 ms
   REQUIRE(rendered(335));
   const double whole = rendered(3001)->damping_N_s_per_m;
   for (const int ticks : {335, 500, 668, 1234, 2777})
@@ -174,13 +175,13 @@ TEST_CASE("an oscillation is judged by the last eighth against two before, decay
   CHECK(values(0.1).at("oscillation_ratio") == Approx(std::exp(0.5)).epsilon(1e-6));
   CHECK(values(-0.3).at("oscillation_ratio") == Approx(std::exp(-1.5)).epsilon(1e-6));
   CHECK(values(0.0).at("peak_to_peak") == Approx(0.01).epsilon(1e-3));
-  // A swing that overshoots early and then stays is not one that decays.
+  // A swing that overshoots early and then keeps its size does not count as decaying.
   auto ticks = swing(0);
   for (std::size_t k = 2000; k < 3000; ++k) ticks[k].position_m[0] *= 1.5;
   const auto overshoot = measure(run_of(ticks, true)).at("closed_loop.left.direct");
   CHECK(overshoot.at("oscillation_ratio") == Approx(1 / 1.5));
   CHECK(overshoot.at("stable") == 0);
-  // Nor if it then decays more slowly than 2 percent over five eighths, which is 0.8 percent over the last two.
+  // Nor does one that then decays more slowly than 2 percent over five eighths, which is 0.8 percent over the last two.
   const auto bounded = [](double growth_per_s) {
     auto swings = swing(growth_per_s);
     for (std::size_t k = 2000; k < 3000; ++k) swings[k].position_m[0] *= 1.5;
@@ -211,12 +212,13 @@ TEST_CASE("a run's energy is judged from the end of warm-up on and its least is 
   RunRecord run = run_of(ticks, true);
   run.nominal.judged_from = RealTime{1'000'000'000};
   const auto values = measure(run).at("closed_loop.left.direct");
-  // A spring that is held for a tick: it gives b = -k h / 2, so a negative energy per cycle, and swings by k A^2 / 2.
+  // The force of a spring is held for a tick. That gives b = -k h / 2, so a negative energy per cycle. Within a cycle the
+  // energy swings by k A^2 / 2.
   const double per_cycle = -kPi * 25e-6 * 6 * kPi * 100 * 0.5e-3;
   CHECK(values.at("energy_end") == Approx(7 * 3 * per_cycle).epsilon(0.03));
   CHECK(values.at("energy_min") <= values.at("energy_end"));
   CHECK(values.at("energy_min") >= values.at("energy_end") - 100 * 25e-6 / 2);
-  // A pure damper takes at every tick: nothing is ever given back.
+  // A pure damper takes energy at every tick and never gives any back.
   for (std::size_t k = 0; k + 1 < ticks.size(); ++k) {
     const double way = ticks[k + 1].position_m[0] - ticks[k].position_m[0];
     run.strategies[0].devices[0].ticks[k].force_N = {-10 * way / 1e-3, 0, 0};
@@ -234,7 +236,7 @@ TEST_CASE("what is released is counted in what was stored, and has no meaning wh
   CHECK(values().count("energy_released") == 0);
   run.strategies[0].devices[0].stored_J = 1.25e-3;  // 100 N/m, 5 mm
   CHECK(values().at("energy_released") == Approx(-values().at("energy_min") / 1.25e-3).epsilon(1e-14));
-  CHECK(values().at("energy_released") > 1);  // held for a tick, it makes energy
+  CHECK(values().at("energy_released") > 1);  // holding the force for a tick makes energy
 }
 
 TEST_CASE("the laws stand beside what was measured, each where it has a meaning") {
@@ -254,10 +256,10 @@ TEST_CASE("the laws stand beside what was measured, each where it has a meaning"
   CHECK(values().at("alpha") == 1);
   CHECK(values().at("alpha_star") == 1.03);
   CHECK(values().count("stiffness_cap") == 0);
-  CHECK(values().count("predicted_damping") == 0);  // of which stiffness?
+  CHECK(values().count("predicted_damping") == 0);  // no stiffness is known yet
   device.counters["contact_stiffness"] = 400;
   CHECK(values().at("predicted_damping") == Approx(-0.2).epsilon(1e-14));
-  device.loop.stiffness_N_per_m = 300;  // what the scene says counts more
+  device.loop.stiffness_N_per_m = 300;  // the stiffness of the scene takes precedence
   CHECK(values().at("predicted_damping") == Approx(-0.15).epsilon(1e-14));
   device.loop.cap_N_per_m = 100;
   CHECK(values().at("stiffness_cap") == 100);

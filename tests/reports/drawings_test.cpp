@@ -1,4 +1,4 @@
-// The price of a frame governor: drawings and pace of records that are written by hand.
+// What a governor of visualizations costs: the drawings and the pace of records that are written by hand.
 #include <catch2/catch.hpp>
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace {
 
 RealTime ms_at(std::int64_t ms) { return RealTime{ms * 1'000'000}; }
 
-/// Judged from 200 ms to 1,200 ms, in slots of 50 ms; no step yet.
+/// A run that is judged from 200 ms to 1,200 ms, with slots of 50 ms. It has no steps yet.
 RunRecord judged_second() {
   RunRecord run;
   run.clock = "virtual";
@@ -40,7 +40,7 @@ void add_segment(RunRecord& run, std::int64_t begin_ms, std::optional<Drawn> dra
   run.strategies[0].segments.push_back(row);
 }
 
-/// One of everything. Drawings that end in the judged second: at 250, 530 and 620 ms.
+/// A run with every kind of segment. In the judged second, drawings end at 250, 530 and 620 ms.
 RunRecord governed() {
   RunRecord run = judged_second();
   add_segment(run, 0, Drawn{0, 195});                  // over before
@@ -83,7 +83,7 @@ TEST_CASE("drawings: the rate counts those that finish in the judged span, not a
   CHECK(of(run, "drawing_rate") == 3.0);
   run.nominal.judged_from = ms_at(400);  // 530 and 620 ms in 0.8 s
   CHECK(of(run, "drawing_rate") == Approx(2 / 0.8).epsilon(1e-15));
-  run.nominal.end = ms_at(620);  // the end itself is out: 530 ms in 0.22 s
+  run.nominal.end = ms_at(620);  // the end itself does not count: 530 ms in 0.22 s
   CHECK(of(run, "drawing_rate") == Approx(1 / 0.22).epsilon(1e-15));
   run.strategies[0].segments[4].finishes = true;
   CHECK(of(run, "drawing_rate") == Approx(2 / 0.22).epsilon(1e-15));
@@ -123,7 +123,7 @@ TEST_CASE("drawings: the longest time without one counts from end to end, and th
   run.nominal.judged_from = ms_at(251);
   CHECK(of(run, "drawing_interval_max") == Approx(279e-3).epsilon(1e-15));  // from the begin
   run.nominal.judged_from = ms_at(700);
-  CHECK(of(run, "drawing_interval_max") == Approx(100e-3).epsilon(1e-15));  // none: the whole span
+  CHECK(of(run, "drawing_interval_max") == Approx(100e-3).epsilon(1e-15));  // no drawing: the whole span
 }
 
 TEST_CASE("drawings: a timing that draws nothing has no metrics of drawings, one that only leaves out has them") {
@@ -149,6 +149,6 @@ TEST_CASE("drawings: simulated per real time is the slots from the first judged 
   run.strategies[0].variable_step = true;  // a step has no slot
   CHECK_FALSE(of(run, "simulated_per_real"));
   run.strategies[0].variable_step = false;
-  run.nominal.judged_from = ms_at(500);  // one step: no time between
+  run.nominal.judged_from = ms_at(500);  // only one step, so there is no time between steps
   CHECK_FALSE(of(run, "simulated_per_real"));
 }

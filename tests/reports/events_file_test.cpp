@@ -110,7 +110,7 @@ TEST_CASE("a file with any one byte changed to any other is read or refused, nev
       }
     }
   }
-  CHECK(refused > 255 * 8);  // the magic alone
+  CHECK(refused > 255 * 8);  // at least every change of the magic number
 }
 
 TEST_CASE("a count larger than the file is refused before anything is allocated") {

@@ -189,9 +189,9 @@ TEST_CASE("error over time: another error that is known has a panel and its grow
     for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
       StepSample& sample = strategy.devices[0].steps[n];
       sample.true_position_m = sample.position_m;
-      sample.true_position_m->at(2) += 1e-3 * seconds(strategy.steps[n].begin) / end_s;  // a drift
+      sample.true_position_m->at(2) += 1e-3 * seconds(strategy.steps[n].begin) / end_s;  // grows
       strategy.twin_force_N.push_back(sample.force_N);
-      strategy.twin_force_N.back()[0] += n % 2 ? 0.1 : -0.1;  // stays
+      strategy.twin_force_N.back()[0] += n % 2 ? 0.1 : -0.1;  // does not grow
     }
   }
   const Metrics metrics = with_growths(run);
@@ -212,7 +212,7 @@ TEST_CASE("growth: an error of the size of rounding is bounded, however it grows
       StepSample& sample = strategy.devices[0].steps[n];
       sample.true_position_m = sample.position_m;
       strategy.twin_force_N.push_back(sample.force_N);
-      // 16 units in the last place of the largest force, at the end.
+      // Grows to 16 units in the last place of the largest force.
       strategy.twin_force_N.back()[1] += 16 * 0x1p-52 * 20 * seconds(strategy.steps[n].begin) / end_s;
     }
   }
@@ -244,7 +244,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
   RunRecord run = synthetic::reference_run({12'000'000'000});
   run.strategies.resize(1);
   StrategyRecord& only = run.strategies[0];
-  for (StepSample& sample : only.devices[0].steps) sample.position_m = {1, 2, 3};  // still: no error at all
+  for (StepSample& sample : only.devices[0].steps) sample.position_m = {1, 2, 3};  // a hand at rest: no error at all
   const std::string still = error_over_time_svg(run, {}).value();
   CHECK(synthetic::occurrences(still, "<polyline") == 6);
   CHECK_THAT(still, !Contains("nan") && !Contains("inf"));
@@ -254,7 +254,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
     if (at > 9 && at < 9.1) only.devices[0].steps[n].position_m[0] = NAN;
   }
   const std::string broken = error_over_time_svg(run, {}).value();
-  // Deviation and jump fall into three pieces, the count does not.
+  // The curves of deviation and jump fall into three pieces, that of the count does not.
   CHECK(synthetic::occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
   CHECK_THAT(broken, !Contains("nan") && !Contains("inf"));
 }
@@ -265,7 +265,7 @@ namespace {
 struct LegendEntry {
   std::string name;
   double line_from = 0, x = 0, y = 0;
-  /// 12 px of a sans-serif: no letter of these names is wider than 7.6 px on average.
+  /// In a sans-serif font of 12 px, the letters of these names are at most 7.6 px wide on average.
   double end() const { return x + 7.6 * static_cast<double>(name.size()); }
 };
 std::vector<LegendEntry> legend_of(const std::string& svg, const std::vector<std::string>& names) {
@@ -313,7 +313,7 @@ TEST_CASE("legend: every entry is inside the picture, above the panels and over 
       CHECK(*std::max_element(curves.begin(), curves.end()) < height - 40);  // numbers and label of the axis are below
       for (const double y : numbers_after(svg, "\" y=\"")) CHECK(y < height);
     }
-    // The panels are as high as with one line.
+    // The panels are as high as when the legend has one line.
     const std::vector<double> of_one = heights(figure_1b_svg(reference, "left")), of_all = heights(figures[1]);
     const auto extent = [](const std::vector<double>& ys) {
       return *std::max_element(ys.begin(), ys.end()) - *std::min_element(ys.begin(), ys.end());

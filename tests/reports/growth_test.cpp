@@ -11,8 +11,8 @@ using namespace evenstep;
 namespace {
 
 using Numbers = std::vector<double>;
-constexpr std::size_t kSamples = 30;  // of a bin
-constexpr double kBegin = 0.02;       // of the run: where judging begins
+constexpr std::size_t kSamples = 30;  // samples in a bin
+constexpr double kBegin = 0.02;       // the share of the run after which judging begins
 
 /// Normal enough, and the same with every standard library.
 struct GrowthNoise {
@@ -33,7 +33,7 @@ Numbers bin_times(std::size_t count, double begin = kBegin) {
   return t;
 }
 
-/// GrowthNoise whose values are related over `length` bins; length 0: not at all.
+/// GrowthNoise whose values are correlated over `length` bins, or not at all if `length` is 0.
 class Related {
  public:
   Related(GrowthNoise& noise, double length) : noise_(noise), value_(noise()) {
@@ -144,7 +144,7 @@ Rates rates_of(const Kind& kind, std::size_t bins, int seeds) {
 
 }  // namespace
 
-// The rates that docs/metrics.md states: test_reports "[.rates]".
+// test_reports "[.rates]" prints the rates that docs/metrics.md states.
 TEST_CASE("how often each growth is named", "[.rates]") {
   for (const Kind& kind : kKinds) {
     for (const std::size_t bins : {20, 60, 119}) {

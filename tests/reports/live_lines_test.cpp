@@ -35,7 +35,7 @@ TEST_CASE("lateness is that of exactly the live ticks, without the ideal twin's 
   CHECK(values.at("deadline_misses") == 2);
   CHECK(values.at("deadline_miss_share") == Approx(2.0 / 2000).epsilon(1e-15));
   CHECK(values.at("lateness_max") == 7e-3);
-  // A tenth of the live ticks is late: 3 % of all that were recorded.
+  // A tenth of the live ticks is late, which is 3 % of all ticks that were recorded.
   CHECK(values.at("lateness_p50") == 0);
   CHECK(values.at("lateness_p99") == 1e-3);
   CHECK(values.at("lateness_p999") == 1e-3);

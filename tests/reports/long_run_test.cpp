@@ -11,7 +11,7 @@ using synthetic::kStep_m;
 
 namespace {
 
-/// Deviation of the exact line n * step over n * slot in two seconds from step `first` on, in steps.
+/// The deviation, in steps, that is found for the exact line n * step over n * slot, in two seconds from step `first` on.
 double deviation_steps(std::int64_t first, double slot_s, double step_m) {
   std::vector<double> t_s;
   std::vector<Vec3> x;
@@ -27,10 +27,10 @@ double deviation_steps(std::int64_t first, double slot_s, double step_m) {
 TEST_CASE("an exact line over ten million steps: the fit itself adds nothing, only the rounding of its numbers shows") {
   for (std::int64_t first = 1; first <= 10'000'000; first *= 10) {
     CAPTURE(first);
-    // Powers of two: every n * slot and n * step is exact, so what is left is the arithmetic of the fit. It works on at most
-    // 900 steps of travel: 900 * 2^-53 = 1e-13 step per operation.
+    // With powers of two every n * slot and n * step is exact, so only the arithmetic of the fit is left. It works on at
+    // most 900 steps of travel: 900 * 2^-53 = 1e-13 step per operation.
     CHECK(deviation_steps(first, 0x1p-9, 0x1p-12) < 1e-12);
-    // Any other numbers are rounded to 2^-53 of n steps, position and time: 2.2e-16 n.
+    // Other numbers are rounded to 2^-53 of n steps, both in position and in time: 2.2e-16 n.
     CHECK(deviation_steps(first, kSlot_s, kStep_m) < 2.3e-16 * static_cast<double>(first + 900));
   }
 }

@@ -16,7 +16,7 @@ constexpr double kFloor = 1e-6;  // in steps: a read time floored to 1 ns moves 
 StrategyRecord& strategy(RunRecord& run, const std::string& name) {
   return *std::find_if(run.strategies.begin(), run.strategies.end(), [&](const auto& s) { return s.name == name; });
 }
-/// Steps of the reference run that are judged: whole segments from the ninth on.
+/// The steps of the reference run that are judged begin here: whole segments from the ninth on.
 constexpr std::size_t kFirstJudged = 8 * 15;
 
 double value(const RunRecord& run, const std::string& signal, const std::string& metric) {
@@ -41,7 +41,8 @@ TEST_CASE("the paper's reference case gives the closed forms") {
     CHECK(value(run, signal, "step_ratio_max") == Approx((v_s + s_s) / kSlot_s).margin(2 * kFloor));
     CHECK(value(run, signal, "step_ratio_min") == Approx(s_s / kSlot_s).margin(2 * kFloor));
     CHECK(value(run, signal, "velocity_jump") / kStep_m == Approx(v_s / kSlot_s).margin(3 * kFloor));
-    // Within a segment the hand is off an even line by (V/N) i; a saw tooth of 14 V/N peak to peak, give or take the fit.
+    // Within a segment the hand is off an even line by (V/N) i. That is a saw tooth of 14 V/N from peak to peak, apart from
+    // the fit.
     CHECK(value(run, signal, "deviation_max") / kStep_m == Approx(7 * v_s / 15 / kSlot_s).epsilon(0.2));
   }
   SECTION("paper: an even line to the floor of the nanosecond clock") {
@@ -71,7 +72,7 @@ TEST_CASE("the paper's reference case gives the closed forms") {
     CHECK(value(run, "left.force.paper", "felt") == 0);
   }
   SECTION("force at the ticks: the burst stands out of hold's own staircase") {
-    // Hold: a tick may see one force twice, so its second difference is at most one step.
+    // With hold emission a tick may see a force twice, so the second difference is at most one step.
     CHECK(value(run, "left.force.paper", "velocity_jump") / (200 * kStep_m) == Approx(1).margin(1e-5));
     CHECK(value(run, "left.force.direct", "jump_max") / (200 * kStep_m) == Approx((v_s + s_s) / kSlot_s).margin(1e-5));
     CHECK(value(run, "left.force.direct", "residual_20_500_hz") > 3 * value(run, "left.force.paper", "residual_20_500_hz"));
@@ -84,7 +85,7 @@ TEST_CASE("only steps after warm-up that are not acquiring are judged") {
   StrategyRecord& paper = strategy(run, "paper");
   const std::size_t all = paper.steps.size() - kFirstJudged;
   CHECK(value(run, "left.interaction.paper", "judged") == static_cast<double>(all));
-  for (std::size_t n = 0; n < kFirstJudged; ++n) paper.devices[0].steps[n].position_m = {1e3, 0, 0};  // warm-up: whatever
+  for (std::size_t n = 0; n < kFirstJudged; ++n) paper.devices[0].steps[n].position_m = {1e3, 0, 0};  // warm-up: anything
   CHECK(value(run, "left.interaction.paper", "velocity_jump") / kStep_m < kFloor);
   for (std::size_t n = kFirstJudged; n < kFirstJudged + 30; ++n) {
     paper.steps[n].acquiring = true;
@@ -94,7 +95,7 @@ TEST_CASE("only steps after warm-up that are not acquiring are judged") {
   CHECK(value(run, "left.interaction.paper", "velocity_jump") / kStep_m < kFloor);
   for (StepRow& step : paper.steps) step.acquiring = true;
   CHECK(value(run, "left.interaction.paper", "judged") == 0);
-  CHECK_FALSE(has(run, "left.interaction.paper", "velocity_jump"));  // judged no sample: no value, never a pass
+  CHECK_FALSE(has(run, "left.interaction.paper", "velocity_jump"));  // no judged sample: no value, never a pass
   CHECK_FALSE(has(run, "left.interaction.paper", "underruns"));
   CHECK_FALSE(has(run, "left.force.paper", "late"));
 }
@@ -165,7 +166,7 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
     run.nominal.devices[0].hold_emission = hold;
     StrategyRecord& paper = strategy(run, "paper");
     paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {13'260'000});  // every ninth F falls on a tick
-    // Lengthen every 7th step by 0 to 6 ms; the counts are those of the plain double loop.
+    // Every 7th step is 0 to 6 ms longer. The counts must be those of a plain double loop.
     for (std::size_t n = kFirstJudged; n < paper.steps.size(); n += 7) {
       paper.steps[n].end = paper.steps[n].emission + Duration{static_cast<std::int64_t>(n % 60) * 100'000};
     }
@@ -240,7 +241,7 @@ TEST_CASE("error_at_stop looks at 0.2 s around the stop and needs the true posit
     StepSample& sample = paper.devices[0].steps[n];
     sample.true_position_m = sample.position_m;
     const std::int64_t away = std::abs((paper.steps[n].read - stop).ns);
-    (*sample.true_position_m)[2] += away <= 100'000'000 ? 1e-4 : 1;  // far away: not looked at
+    (*sample.true_position_m)[2] += away <= 100'000'000 ? 1e-4 : 1;  // far from the stop: ignored
   }
   CHECK(value(run, "left.interaction.paper", "error_at_stop") == Approx(1e-4).epsilon(1e-12));
 }
@@ -303,13 +304,13 @@ TEST_CASE("segment_mean is the length as run, from the first segment judged whol
     std::erase_if(paper.steps, [](const StepRow& step) { return step.segment == 20; });
     paper.devices[0].steps.resize(paper.steps.size());
     for (StepRow& step : paper.steps) step.begin = step.begin + Duration{step.segment * ratchet_ns};
-    // Warm-up ends within a segment: judged from the next one on. An instant of 30 Hz is floored to 1 ns.
+    // If the warm-up ends within a segment, judging begins with the next one. An instant of 30 Hz is floored to 1 ns.
     for (const std::int64_t later_ns : {0, 20'000'000}) {
       run.nominal.judged_from = tick_time(synthetic::kSegmentRate, 8) + Duration{later_ns};
       const double mean_s = 1.0 / 30 + static_cast<double>(ratchet_ns) * 1e-9;
       CHECK(value(run, "solver.paper", "segment_mean") == Approx(mean_s).margin(1e-10));
     }
-    run.nominal.judged_from = paper.steps[paper.steps.size() - 15].begin;  // one segment left: no length
+    run.nominal.judged_from = paper.steps[paper.steps.size() - 15].begin;  // with one segment left there is no length
     CHECK_FALSE(has(run, "solver.paper", "segment_mean"));
   }
 }
@@ -353,7 +354,7 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.solver.has_energy = true;
   paper.solver.energy_growth = 1.5;
   paper.solver.step_limit_s = kSlot_s / 2;
-  paper.solver.stiffness_limit_N_per_m = 0;  // damping alone is too much
+  paper.solver.stiffness_limit_N_per_m = 0;  // the damping alone exceeds the limit
   paper.solver.limit_particle = 12;
   CHECK(value(run, "solver.paper", "k_max") == 0);
   paper.solver.stiffness_limit_N_per_m = 60;
@@ -365,7 +366,7 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.emission_repairs = 3;
   paper.devices[0].counters = {{"clamped", 5}, {"lost", 2}};
   CHECK(value(run, "solver.paper", "energy_growth") == 1.5);
-  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4 of slot / 2
+  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4; limit: slot / 2
   CHECK(value(run, "solver.paper", "k_max") == 60);
   CHECK(value(run, "solver.paper", "limit_particle") == 12);
   CHECK(value(run, "solver.paper", "iterations") == 5);
@@ -391,7 +392,7 @@ TEST_CASE("lateness is that of the live strategy's ticks on a wall clock: neares
   run.clock = "wall";
   run.live = "paper";
   for (StrategyRecord& s : run.strategies) {
-    s.shadow = s.name != "paper" && s.name != "ideal";  // which did not run live either
+    s.shadow = s.name != "paper" && s.name != "ideal";  // `ideal` did not run live either
     s.devices[0].ticks.resize(1000);
     for (std::size_t k = 0; k < 1000; ++k)
       s.devices[0].ticks[k].lateness = {s.name != "paper" ? 1'000'000'000 : static_cast<std::int64_t>((k * 7) % 1000 + 1)};
@@ -462,7 +463,7 @@ TEST_CASE("bins follow the length of the run: 60 to 119 of whole segments, fewer
     if (segments >= 60) CHECK(layout.count >= 60);
     CHECK(layout.count >= 1);
     CHECK(layout.width.ns * layout.count <= ms * 1'000'000 + layout.width.ns / 2);
-    CHECK(layout.width.ns * (2 * layout.count + 1) > 2 * ms * 1'000'000);  // the last bin is at most half as long again
+    CHECK(layout.width.ns * (2 * layout.count + 1) > 2 * ms * 1'000'000);  // the last bin is at most 1.5 times as long
   }
   run.nominal.end = run.nominal.judged_from;  // nothing is judged
   CHECK(bin_layout(run).count == 0);
@@ -475,7 +476,7 @@ TEST_CASE("bins are whole ways there and back where there are twenty of them, or
   CHECK(bin_layout(run).width.ns % run.nominal.segment.ns == 0);
   run.nominal.devices[0].turns = Nominal::Turns{{}, {400'000'000}, {100'000'000}};
   CHECK(bin_layout(run).width.ns == 1'000'000'000);
-  run.nominal.devices[0].turns = Nominal::Turns{{}, {4'000'000'000}, {100'000'000}};  // only three times
+  run.nominal.devices[0].turns = Nominal::Turns{{}, {4'000'000'000}, {100'000'000}};  // only three turns
   CHECK(bin_layout(run).width.ns % run.nominal.segment.ns == 0);
   run.nominal.devices[0].rate = {1, 1};
   CHECK(bin_layout(run).width.ns == 4'000'000'000);

@@ -20,7 +20,7 @@ std::vector<double> times(std::size_t count, double rate_Hz, double offset_s = 0
   return t;
 }
 
-/// 0.1 m/s along a direction that is no axis, from far away: the motion of a long run.
+/// 0.1 m/s along a direction that is not an axis, starting far away, as in a long run.
 Vec3 on_line(double t) { return {3 + 0.06 * t, -1 + 0.08 * t, 0.5 - 0.001 * t}; }
 
 std::vector<Vec3> line(const std::vector<double>& t) {
@@ -29,7 +29,8 @@ std::vector<Vec3> line(const std::vector<double>& t) {
   return x;
 }
 
-/// cos about the middle of its window with a whole number k of periods: orthogonal to every line, so its residual is itself.
+/// A cosine around the middle of its window with a whole number k of periods. It is orthogonal to every line, so it is its
+/// own residual.
 double even_wave(std::size_t i, std::size_t k, std::size_t count) {
   return std::cos(2 * std::numbers::pi * static_cast<double>(k) *
                   (static_cast<double>(i % count) - (static_cast<double>(count) - 1) / 2) / static_cast<double>(count));
@@ -84,7 +85,7 @@ TEST_CASE("rise_max is the largest growth of the length, whatever falls or turns
 TEST_CASE("an exact line has no deviation, also 1000 s and 100 m from the origin") {
   for (const double offset_s : {0.0, 1.0, 60.0, 1000.0}) {
     const std::vector<double> t = times(2000, 1000, offset_s);
-    // Inputs themselves are rounded to 1.4e-14 m at 100 m (and 1.1e-13 s at 0.1 m/s): 1e-13 m is 5e-10 of a step.
+    // The inputs themselves are rounded to 1.4e-14 m at 100 m (and 1.1e-13 s at 0.1 m/s). 1e-13 m is 5e-10 of a step.
     const Deviation d = deviation(t, line(t), 0.25);
     CHECK(d.max < 1e-13);
     CHECK(d.rms <= d.max);
@@ -126,7 +127,7 @@ TEST_CASE("the residual equals that of long double normal equations (100 random 
       }
       const long double slope = (n * stx - st * sx) / (n * stt - st * st), start = (sx - slope * st) / n;
       for (std::size_t i = 0; i < t.size(); ++i) {
-        // The reference loses (10 s / 40 ms)^2 of long double's 1e-19.
+        // In long double (1e-19) the reference loses a factor of (10 s / 40 ms)^2.
         CHECK(r[i][axis] == Approx(static_cast<double>(x[i][axis] - start - slope * t[i])).margin(1e-12));
       }
     }
@@ -215,7 +216,7 @@ TEST_CASE("a 1 kHz device's 500 Hz is counted once") {
   const std::vector<double> t = times(kWindow, 1000);
   std::vector<Vec3> x;
   for (std::size_t i = 0; i < kWindow; ++i) x.push_back({i % 2 == 0 ? 0.5 : -0.5, 0, 0});
-  // Detrending takes 3 / count^2 of an alternating series' power: 5e-5.
+  // Detrending removes 3 / count^2 of the power of an alternating series, which is 5e-5.
   CHECK(band_rms(t, x, 0.25, 20, 500) == Approx(0.5).epsilon(1e-4));
 }
 

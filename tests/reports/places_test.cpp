@@ -1,4 +1,4 @@
-// Where an expectation fails.
+// Tests of where an expectation fails.
 
 #include "evenstep/reports/places.h"
 #include "cases.h"
@@ -102,7 +102,7 @@ TEST_CASE("a late force is placed: the first, the worst, by how much, and the la
   CHECK(result.worst->index == 450);
   CHECK(result.where ==
         "late first at step 300, 0.678 s, by 6.66 ms; worst at step 450, 1.011 s, by 13.9 ms; latency 26.704 ms would do");
-  // And it would: with that latency none is late.
+  // That is true: with this latency no force is late.
   for (StepRow& step : paper.steps) step.emission = step.emission + Duration{13'861'777};
   CHECK(measure(run).at("left.force.paper").at("late") == 0);
 }

@@ -18,7 +18,7 @@ constexpr std::size_t kPhaseLocked = 3;
 
 RealTime at_ms(std::int64_t ms) { return RealTime{ms * 1'000'000}; }
 
-/// A run of `seconds` with a fault in [1 s, 1.2 s), in which nothing is wrong.
+/// A run of `seconds` with a fault in [1 s, 1.2 s) that does no harm.
 RunRecord faulty_run(std::int64_t seconds = 3) {
   RunRecord run = synthetic::reference_run(Duration{seconds * 1'000'000'000});
   run.nominal.faults = {{"device.left.faults.0", at_ms(1000), at_ms(1200), Over::at_time}};
@@ -86,7 +86,7 @@ TEST_CASE("What happens before the fault is over takes no time to recover from",
 
 TEST_CASE("A force that is older than before the fault counts until it is no more", "[recovery]") {
   RunRecord run = faulty_run();
-  // From 1.3 s to 1.5 s the forces are of a hand 5 ms earlier.
+  // From 1.3 s to 1.5 s the forces belong to positions 5 ms earlier.
   for (StepRow& step : run.strategies[kPhaseLocked].steps) {
     if (step.begin >= at_ms(1300) && step.begin < at_ms(1500)) step.read = step.read - Duration{5'000'000};
   }
@@ -105,8 +105,8 @@ TEST_CASE("A jump counts if it is larger than before the fault by a tenth of a s
   strategy.devices[0].steps[n].position_m[1] += 0.04 * synthetic::kStep_m;  // a second difference of 0.08 steps
   CHECK(recovery_in(run).part_s[2] == 0);
   strategy.devices[0].steps[n].position_m[1] += 0.02 * synthetic::kStep_m;  // 0.12
-  // The jump is seen in three second differences; the last of their samples is two steps later, if it is the middle of one
-  // that is large enough: 0.06 is not.
+  // The jump appears in three second differences. In the last one, whose samples go on for two steps, it counts only half
+  // (0.06 steps), which is not enough. So the last sample that counts is one step later.
   CHECK(recovery_in(run).part_s[2] == seconds(strategy.steps[n + 1].begin - at_ms(1200)));
 }
 
@@ -158,7 +158,7 @@ TEST_CASE("A run that ends too early to say gives no number, and says how long i
   run.nominal.faults[0].to = at_ms(2800);
   CHECK(recovery_in(run).state == State::too_short);
   CHECK_THAT(recovery_in(run).why, Catch::Contains("must last at least 3.06667 s"));
-  run.nominal.faults[0].to = at_ms(2600);  // a window, and not two: it may not have had the time
+  run.nominal.faults[0].to = at_ms(2600);  // one window is left, not two: there may not have been time enough to recover
   make_late(run, at_ms(2950), Duration{100'000});
   CHECK(recovery_in(run).state == State::too_short);
   CHECK_THAT(recovery_in(run).why, Catch::Contains("must last at least 3.13333 s"));
@@ -196,7 +196,7 @@ TEST_CASE("Of several faults the first begins what is compared and the last what
   CHECK(recovery_in(run).faults_end == at_ms(1200));
 }
 
-// The three parts are set independently, at random times, sizes far above and far below their limits.
+// The three parts are set independently, at random times, with sizes far above or far below their limits.
 TEST_CASE("The time of recovery is that of the last thing that was wrong, on random records", "[recovery][sweep]") {
   std::mt19937 random(1);
   const auto below = [&](std::int64_t n) { return static_cast<std::int64_t>(random() % static_cast<std::uint32_t>(n)); };

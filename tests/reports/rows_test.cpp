@@ -73,7 +73,7 @@ TEST_CASE("256 MiB of rows in a file, written and read again, take less than 96 
   std::uint64_t wrong = 0;
   for (std::uint64_t i = 0; i < kCount; ++i, look(i)) wrong += rows[i] != i * i;
   CHECK(wrong == 0);
-  CHECK(most < 96 << 20);  // 32 MiB, and what is touched between two looks of the thread on a busy machine
+  CHECK(most < 96 << 20);  // 32 MiB and what is touched on a busy machine between two looks of the thread
   CHECK(fs::is_empty(folder.path));
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 const Vec3 kTravel_m{0.02, -0.01, 0.02};  // 0.03 m long
 
-/// `gain` times the motion, `delay_s` late, on an origin of its own.
+/// `gain` times the motion, `delay_s` late, from another origin.
 Vec3 answer(double t, double frequency_Hz, double begin_s, double gain, double delay_s) {
   const double u = (1 - std::cos(2 * std::numbers::pi * frequency_Hz * (t - begin_s - delay_s))) / 2;
   return {3 + gain * kTravel_m[0] * u, -2 + gain * kTravel_m[1] * u, gain * kTravel_m[2] * u};
@@ -67,8 +67,8 @@ TEST_CASE("an exact sine is found exactly, whatever its frequency, phase, gain, 
               sampled(count, 450, from_s, [&](double t) { return answer(t, frequency_Hz, begin_s, 0.8, delay_s); });
           const internal::SineFit fit = internal::fit_sine(s.t_s, s.value, kTravel_m, frequency_Hz, begin_s);
           CAPTURE(frequency_Hz, periods, delay, from_s);
-          // Samples near 3 m are rounded to 2e-16 m of 0.012 m, times at 600 s to 6e-14 s of 25 ms and more, and over one
-          // period the fit amplifies either some ten times: below 1e-10.
+          // Samples near 3 m are rounded to 2e-16 m, and the amplitude is 0.012 m. Times at 600 s are rounded to 6e-14 s of
+          // 25 ms and more. Over one period the fit makes both errors some ten times larger, which is still below 1e-10.
           CHECK(fit.travel == Approx(0.8 * 0.03).epsilon(1e-10));
           CHECK(std::abs(std::remainder((fit.delay_s - delay_s) * frequency_Hz, 1)) < 1e-10);
           CHECK(std::abs(fit.delay_s) * frequency_Hz <= 0.5);
@@ -117,7 +117,7 @@ TEST_CASE("less than one period, or one or two samples per period, judge nothing
     CHECK(std::isnan(none.delay_s));
     CHECK(std::isnan(none.distortion));
   }
-  CHECK(fit(40, 15.1).travel == Approx(0.03));  // three will do
+  CHECK(fit(40, 15.1).travel == Approx(0.03));  // three samples per period are enough
 }
 
 TEST_CASE("a signal that stands still has gain 0, and neither delay nor distortion") {
@@ -138,8 +138,8 @@ TEST_CASE("interaction: an even map has gain 1, delays by its lead and leaves no
       CHECK(values.at("distortion") < 1e-6);
     }
     auto& direct = metrics.at("left.interaction.direct");
-    // Step i of a segment reads V (1 - i / 15) after its slot, 16/30 V in the mean; the fit weighs phases unevenly by some
-    // 2 pi f V at most where periods and segments do not divide.
+    // Step i of a segment reads V (1 - i / 15) after its slot, on average 16/30 V. Where periods are not whole numbers of
+    // segments, the fit weighs phases unevenly, by 2 pi f V at most.
     CHECK(direct.at("phase_delay") == Approx(-11.1e-3 * 16 / 30).epsilon(0.1));
     // The saw tooth of +-V/2 has an RMS of V / sqrt 12, times 2 pi f.
     CHECK(direct.at("distortion") == Approx(2 * std::numbers::pi * frequency_Hz * 11.1e-3 / std::sqrt(12)).epsilon(0.1));
@@ -151,14 +151,14 @@ TEST_CASE("force: against k A, behind the hand by the latency and hold's half sl
     RunRecord run = sine_run(frequency_Hz);
     Metrics metrics = measure(run);
     const auto& values = metrics.at("left.force.paper");
-    // 20 ticks fall on 9 slots: the age of what is sent averages half a slot to within half of slot / 9.
+    // 20 ticks fall on 9 slots. So the mean age of what is sent is half a slot, to within half of slot / 9.
     CHECK(values.at("phase_delay") == Approx(12.842223e-3 + synthetic::kSlot_s / 2).margin(synthetic::kSlot_s / 18));
     CHECK(values.at("gain") ==
           Approx(1).margin(std::pow(std::numbers::pi * frequency_Hz * synthetic::kSlot_s, 2) / 6 + 1e-4));
-    // The staircase: a saw tooth of one slot.
+    // The staircase differs from the sine by a saw tooth of one slot.
     CHECK(values.at("distortion") ==
           Approx(2 * std::numbers::pi * frequency_Hz * synthetic::kSlot_s / std::sqrt(12)).epsilon(0.1));
-    run.nominal.devices[0].stiffness_N_per_m.reset();  // a tissue: how much force is right is not known
+    run.nominal.devices[0].stiffness_N_per_m.reset();  // a tissue: the right force is not known
     metrics = measure(run);
     CHECK(metrics.at("left.force.paper").count("gain") == 0);
     CHECK(metrics.at("left.force.paper").at("phase_delay") > 0.012);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kRounding = 1e-6;
 
-/// Whether [from, to] touches a turn or what is before the first piece.
+/// Whether [from, to] touches a turn or the time before the first straight piece.
 bool touches_turn(const Nominal::Turns& turns, RealTime from, RealTime to) {
   if (from < turns.first) return true;
   for (RealTime turn = turns.first + turns.straight; turn < to; turn = turn + turns.straight + turns.turn) {
@@ -67,7 +67,7 @@ TEST_CASE("no step and no tick of a turn is judged for straightness, and hardly 
     CHECK(value_of(run, "left.interaction.paper", "velocity_jump") / kStep_m < kRounding);
     CHECK(value_of(run, "left.interaction.paper", "deviation_max") / kStep_m < kRounding);
     CHECK(value_of(run, "left.interaction.paper", "step_ratio_max") < 1 + kRounding);
-    // Held forces: a staircase of a step, which a tick sees twice or not at all.
+    // Held forces are a staircase of one step, and a tick sees a force twice or not at all.
     CHECK(value_of(run, "left.force.paper", "velocity_jump") / (200 * kStep_m) < 1 + 1e-5);
     CHECK(value_of(run, "left.force.paper", "deviation_max") / (200 * kStep_m) < 1);
     std::size_t steps = 0, ticks = 0;
@@ -132,14 +132,15 @@ TEST_CASE("a position at the end of the range saturates the steps that read it a
     const Saturation& steps = found.at(std::string("left.interaction.") + name);
     std::int64_t expected = 0;
     for (const StepRow& step : strategy.steps) {
-      // Between the tick before the first such sample and the tick after the last one, a line is drawn to it.
+      // On the map a position is interpolated. It is affected from the tick before the first saturated sample to the tick
+      // after the last one.
       const bool mapped = std::string(name) == "paper";
       expected += step.read.ns > (mapped ? 999'000'000 : 1'000'000'000 - 1) && step.read.ns < 1'100'000'000;
     }
     CHECK(steps.saturated == expected);
     const Saturation& ticks = found.at(std::string("left.force.") + name);
     CHECK(ticks.saturated >= 100);
-    CHECK(ticks.saturated <= 100 + 20);  // the latency and some slots more
+    CHECK(ticks.saturated <= 100 + 20);  // plus the latency and some slots
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Records with known answers: the paper's reference case (30 Hz, V = 11.1 ms, N = 15), constant velocity, a spring.
+/// Records whose results are known: the paper's reference case (30 Hz, V = 11.1 ms, N = 15), constant velocity, a spring.
 
 #include <algorithm>
 #include <sstream>
@@ -31,7 +31,7 @@ inline Nominal nominal(Duration duration) {
   return nominal;
 }
 
-/// Real begin and end of every step of the run, segments and visualizations.
+/// Adds the real begin and end of every step of the run, and the segments and visualizations.
 inline void add_timing(StrategyRecord& strategy, RealTime end) {
   for (std::int64_t k = 0; tick_time(kSegmentRate, k) < end; ++k) {
     const RealTime begin = tick_time(kSegmentRate, k), next = tick_time(kSegmentRate, k + 1);
@@ -99,7 +99,7 @@ inline RunRecord reference_run(Duration duration = {2'000'000'000}) {
   return run;
 }
 
-/// What a writer puts into its file.
+/// The text that a writer puts into its file.
 template <class Write>
 std::string written(Write write, const RunRecord& run) {
   std::ostringstream out;

@@ -1,4 +1,4 @@
-// The force sent against the force without delay, on ticks made up here.
+// The force that was sent, compared with the force without delay, on ticks that are made up here.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -9,7 +9,7 @@ using namespace evenstep;
 
 namespace {
 
-/// One device at 1 kHz for a second; the force sent and the force without delay, along x.
+/// One device at 1 kHz for a second, with the force that was sent and the force without delay, both along x.
 RunRecord run_of(const std::function<double(int)>& sent, const std::function<double(int)>& undelayed) {
   RunRecord run;
   run.nominal.end = RealTime{1'000'000'000};
@@ -43,7 +43,7 @@ TEST_CASE("the error of the force is its distance from the undelayed one: larges
   CHECK(all.at("error_rms") == Approx(std::sqrt(errors / 1000)).epsilon(1e-12));
   CHECK(all.at("error_share") == Approx(std::sqrt(errors / forces)).epsilon(1e-12));
   CHECK(all.at("error_at_stop") == Approx(0.045).epsilon(1e-12));
-  // An error that is over 100 ms after the stop is not one of the stop.
+  // An error more than 100 ms after the stop does not count as an error at the stop.
   const auto later = values(run_of([&](int k) { return now(k) + (k == 601 ? 1 : 0); }, now));
   CHECK(later.at("error_max") == Approx(1).epsilon(1e-12));
   CHECK(later.at("error_at_stop") == 0);
@@ -56,7 +56,7 @@ TEST_CASE("the onset is how much later a touch is sent, and a ghost is what is s
   CHECK(late.at("ghost_force") == 0.5);
   const auto early = values(run_of(touch(99, 300), touch(100, 300)));
   CHECK(early.at("onset_delay") == Approx(-0.001).epsilon(1e-12));
-  CHECK(early.at("ghost_force") == 0);                                            // what comes before the touch is none
+  CHECK(early.at("ghost_force") == 0);                                            // a force before the touch is no ghost
   CHECK(values(run_of(touch(0, 300), touch(0, 300))).count("onset_delay") == 0);  // touched from the start
   const auto never = values(run_of(touch(0, 0), touch(0, 0)));
   CHECK(never.count("onset_delay") == 0);

@@ -1,4 +1,4 @@
-// Writes one sample of every file of a run folder for the parsers that are not ours.
+// Writes a sample of every file of a run folder, for the parsers of others.
 #include <array>
 #include <cstdio>
 #include <fstream>

@@ -1,10 +1,10 @@
 #!/bin/bash
-# What each room may contain, as a test: greps the tree for what the compiler cannot refuse.
+# Tests what each room may contain: greps the tree for what the compiler cannot refuse.
 #
 #   room_rules.sh ROOT     lists every violation as file:line: [rule] text; exit 1 if there is any
 #
-# First every rule is tried on a planted violation, and on the same text in a place where it is allowed: a rule that does not
-# see the one, or complains about the other, fails the test too.
+# First every rule is tried on a planted violation and on the same text in a place where it is allowed. If a rule does not
+# notice the first or complains about the second, the test fails, too.
 set -u -o pipefail
 export LC_ALL=C
 
@@ -12,7 +12,8 @@ readonly rooms='clock remap scheduler sim device reports pages text recordings p
   apps tests bench examples cmake docs scenarios scripts'
 readonly posix_clock='clock_gettime|clock_nanosleep|nanosleep|usleep'
 readonly std_clock='steady_clock|system_clock|high_resolution_clock'
-# A clock of ours has a sleep_until(), too (scheduler/blocking_clock.h), so those of std go by their namespace.
+# A clock of evenstep has a sleep_until(), too (scheduler/blocking_clock.h), so those of std are recognized by their
+# namespace.
 readonly std_sleep='\bthis_thread::sleep_(for|until)\b|\bnamespace\b.*\bthis_thread\b'
 readonly os_clock="\b($posix_clock|$std_clock)\b|$std_sleep"
 readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
@@ -28,7 +29,7 @@ readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugin
 '|harness|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
-# Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
+# Paths are relative to the root. Line comments are removed first, except for rules that start with "raw ".
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
@@ -48,14 +49,14 @@ readonly rules=(
 scratch=$(mktemp -d) || exit 2
 trap 'rm -rf "$scratch"' EXIT
 
-# tree ROOT: the files the rules look at. This folder itself names what it forbids.
+# tree ROOT: the files that the rules look at. This folder is left out, as it names what it forbids.
 tree() {
   (cd "$1" && for top in $rooms CMakeLists.txt CMakePresets.json README.md; do [ -e "$top" ] && find "$top" -type f; done) |
     grep -v '^tests/room_rules/' | sort
 }
 
-# strip ROOT: a copy of the tree in $scratch/bare without line comments (// in sources, # elsewhere but for #include
-# and the like).
+# strip ROOT: makes a copy of the tree in $scratch/bare without line comments (// in sources, # elsewhere, except for
+# #include and the like).
 strip() {
   rm -rf "$scratch/bare" && mkdir "$scratch/bare" && (cd "$1" && tree . | xargs -d '\n' -r cp --parents -t "$scratch/bare")
   find "$scratch/bare" -type f -regextype posix-extended -regex '.*\.(h|hpp|cpp|cl)' -exec sed -i 's@//.*@@' {} +
@@ -80,8 +81,8 @@ headers_without_opening() {
     FNR == 2 && !/^\/\/\/ / { print FILENAME ":2: [header opening] must be a /// comment that says what this is" }')
 }
 
-# rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines
-# of $source.
+# rooms_too_large ROOT: lists rooms with more than a fifth of the product's code, because such a room is several rooms in
+# one. Counts lines of $source.
 readonly product='clock remap scheduler sim device reports pages text recordings plugins scenarios/format catalogue loop
   draw harness campaigns apps'
 rooms_too_large() {
@@ -96,7 +97,7 @@ rooms_too_large() {
   done
 }
 
-# planted PATH TEXT: a tree of that one file
+# planted PATH TEXT: a tree with this file only
 planted() {
   rm -rf "$scratch/planted" && mkdir -p "$scratch/planted/$(dirname "$1")" && printf '%s\n' "$2" >"$scratch/planted/$1"
   strip "$scratch/planted"

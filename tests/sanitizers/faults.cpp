@@ -1,4 +1,4 @@
-// faults NAME : commits one fault that a sanitizer must report. Volatile, so that no fault is optimised away.
+// faults NAME : commits one fault that a sanitizer must report. Values are volatile, so that no fault is optimized away.
 #include <climits>
 #include <cstdio>
 #include <string_view>
@@ -46,7 +46,7 @@ void cast_overflow() {
 
 void vector_index() {
   std::vector<int> reserved;
-  reserved.reserve(8);  // memory that may be touched, elements that are not there
+  reserved.reserve(8);  // this memory may be touched, but the elements do not exist
   volatile std::size_t first = 0;
   volatile int read = reserved[first];
   static_cast<void>(read);

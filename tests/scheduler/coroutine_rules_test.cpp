@@ -1,6 +1,6 @@
-/// The forms of co_await that evenstep allows itself (evenstep/scheduler/task.h), run under the scheduler. g++ 12
-/// destroys temporaries twice in others: `c ? co_await a : co_await b`, `c && co_await a`, a capturing lambda or an
-/// aggregate with a string passed inside an awaited call. These tests earn their keep under AddressSanitizer.
+/// The forms of co_await that evenstep allows (evenstep/scheduler/task.h), run under the scheduler. In other forms g++ 12
+/// destroys temporaries twice: `c ? co_await a : co_await b`, `c && co_await a`, a capturing lambda or an aggregate with a
+/// string passed inside an awaited call. These tests are most useful under AddressSanitizer.
 
 #include <memory>
 #include <stdexcept>
@@ -93,7 +93,7 @@ Task named_awaitable(Scheduler& scheduler, Owned owned) {
 }
 
 Task conditional_argument(Scheduler& scheduler, Owned owned, bool condition) {
-  const RealTime at = condition ? RealTime{85} : RealTime{86};  // the condition is settled before the await
+  const RealTime at = condition ? RealTime{85} : RealTime{86};  // the condition is evaluated before the await
   co_await scheduler.until(at, Lane::device, "conditional");
   *owned += "q";
 }
@@ -122,7 +122,7 @@ TEST_CASE("Every allowed form of co_await runs to its end and frees what its fra
     CHECK(*owned == "xsitelllcwqqn");
     CHECK(work.runs == 1);
   }
-  CHECK(owned.use_count() == 2);  // ours and the work's
+  CHECK(owned.use_count() == 2);  // this one and the one in `work`
 }
 
 TEST_CASE("A scheduler destroyed after any number of events frees the frames of every form") {

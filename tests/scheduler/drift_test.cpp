@@ -1,12 +1,13 @@
-// No clock here may wander: an instant is the floor of an exact rational, however many came before it. The instants that are
-// expected are counted up by whole numbers with a carried remainder, which is another way than tick_time's to say it.
+// No clock may drift: each instant is the floor of an exact rational, however many instants came before. The expected
+// instants are counted up in whole numbers with a carried remainder, which is not how tick_time computes them.
 
 #include "rig.h"
 
 namespace evenstep::test {
 namespace {
 
-/// 0, period, 2 period, ... each floored to ns, for a period of den * 1e9 / num ns; 128 bits, no division after the first.
+/// 0, period, 2 period, ..., each floored to ns, for a period of den * 1e9 / num ns. In 128 bits, with no division after the
+/// first.
 class CountedInstants {
  public:
   explicit CountedInstants(Rate rate)
@@ -65,7 +66,7 @@ TEST_CASE("10^7 ticks of three lanes on a virtual clock fall on the floors of th
     const __int128 exact = static_cast<__int128>(count - 1) * kRates[i].den * 1'000'000'000 / kRates[i].num;
     CHECK(seen[i].last.ns == static_cast<std::int64_t>(exact));
   }
-  CHECK(rig.scheduler.events().capacity() == 0);  // nothing grows with the run
+  CHECK(rig.scheduler.events().capacity() == 0);  // memory does not grow with the run
 }
 
 }  // namespace

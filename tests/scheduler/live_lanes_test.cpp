@@ -150,7 +150,7 @@ TEST_CASE(
     if (hash != last) ++different;
     last = hash;
   }
-  CHECK(different == 1000);  // the schedules do differ
+  CHECK(different == 1000);  // the schedules really differ
 }
 
 // ---- LaneThread

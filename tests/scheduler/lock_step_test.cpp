@@ -5,7 +5,7 @@
 namespace evenstep::test {
 namespace {
 
-/// What crosses between the two lanes of a haptic loop: instants with values, one writer, one reader, never cleared.
+/// The data between the two lanes of a haptic loop: instants with values, for one writer and one reader, never cleared.
 struct TimedRing {
   std::vector<std::pair<RealTime, double>> entries;
   void push(RealTime at, double value) { entries.emplace_back(at, value); }
@@ -43,7 +43,7 @@ Task simulation_lane(Scheduler& scheduler, Loop& loop) {
     const double position = loop.samples.newest_at(read);
     scheduler.note(position);
     scheduler.note(static_cast<std::uint64_t>(loop.samples.entries.size()));
-    // Multiples of 20 ns against ticks of 100: a fifth of the launches ties with a tick; 0 ns steps too.
+    // Steps are multiples of 20 ns, also 0 ns, and ticks are 100 ns apart. So a fifth of the launches ties with a tick.
     end = RealTime{scheduler.now().ns + 20 * draw(loop.seed, 2 * n + 1, 10)};
     co_await scheduler.external(end, &loop.work, "step");
     loop.forces.push(scheduler.now() + Duration{40}, position + 0.001 * static_cast<double>(n));
@@ -54,7 +54,7 @@ bool sorts_before(const Scheduler::Key& a, const Scheduler::Key& b) {
   return std::pair(a.time, a.lane) < std::pair(b.time, b.lane);
 }
 
-/// Always the scheduler whose next event comes first; at equal keys the first one.
+/// Always runs the scheduler whose next event comes first; if the keys are equal, the first scheduler.
 void run_in_lock_step(Scheduler& a, Scheduler& b) {
   for (;;) {
     const auto key_a = a.next();
@@ -93,7 +93,7 @@ TEST_CASE(
     REQUIRE(chain(merged) == together.scheduler.trace_hash());
     REQUIRE(chain(merge(simulation.scheduler.events(), device.scheduler.events())) == chain(merged));
   }
-  CHECK(ties > 10'000);  // the schedules do test what they should
+  CHECK(ties > 10'000);  // the schedules really have ties
 }
 
 }  // namespace

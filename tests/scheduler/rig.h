@@ -21,7 +21,7 @@ struct VirtualRig {
   explicit VirtualRig(SchedulerOptions options = {}) : scheduler(clock, executor, options) {}
 };
 
-/// Draw n of a seed, uniform enough in [0, bound) for a test.
+/// Draw number n of a seed, uniform enough in [0, bound) for a test.
 inline std::int64_t draw(std::uint64_t seed, std::uint64_t n, std::int64_t bound) {
   return static_cast<std::int64_t>(mix(spread(seed + 1), n) % static_cast<std::uint64_t>(bound));
 }

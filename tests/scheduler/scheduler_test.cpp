@@ -60,7 +60,7 @@ TEST_CASE(
   }
 }
 
-/// Finishes nothing until it is waited for, as a GPU might.
+/// Finishes work only when somebody waits for it, as a GPU might.
 struct LazyExecutor final : Executor {
   std::set<Completion*> seen;
   int waits = 0;
@@ -96,7 +96,7 @@ TEST_CASE("Virtual time reaches a programmed end only when the real result is th
 Task work_and_rest(Scheduler& scheduler, CountingWork& work, int count) {
   for (int n = 1; n <= count; ++n) {
     co_await scheduler.external({n * 1000}, &work, "work");
-    co_await scheduler.until({n * 1000 + 500}, Lane::launch, "rest");  // all lanes' work is finished when any starts again
+    co_await scheduler.until({n * 1000 + 500}, Lane::launch, "rest");  // no work of any lane is left when the next begins
   }
 }
 
@@ -292,7 +292,7 @@ Task stops_at(Scheduler& scheduler, int stop_after, int& ran) {
   }
 }
 
-/// Asks at every event of its own what comes next.
+/// Asks at each of its events what comes next.
 Task looks_ahead(Scheduler& scheduler, std::uint64_t seed, std::vector<std::optional<Scheduler::Key>>& announced) {
   for (std::uint64_t k = 0; k < 50; ++k) {
     co_await scheduler.until(scheduler.now() + Duration{draw(seed, k, 20)}, Lane::device, "tick");
@@ -311,7 +311,7 @@ TEST_CASE("Inside an event next() is the first of the other lanes' events") {
         rig.scheduler.spawn(mark(rig.scheduler, {draw(lane, k, 500)}, Lane::launch, 0, log));
     }
     CHECK(rig.scheduler.run(kNever).end == RunEnd::idle);
-    // Every other event of the run, in order; the last one that was announced before it.
+    // Each event of the other lanes, in order, must be the last one that was announced before it.
     std::vector<RealTime> others;
     for (const Event& event : rig.scheduler.events()) {
       if (event.lane == Lane::launch) others.push_back(event.time);

@@ -19,7 +19,7 @@ using Catch::Contains;
 constexpr Lane kSteppedLanes[] = {Lane::completion, Lane::device, Lane::launch};
 constexpr EventName kName = "turn";
 
-// ---- The same loop, as a coroutine and as it is
+// ---- The same loop as a coroutine and as a plain loop
 
 struct Turn {
   Duration delay;
@@ -34,7 +34,7 @@ std::vector<Turn> random_turns(std::uint64_t seed, std::uint64_t who) {
   return turns;
 }
 
-/// What all loops read and write, without a lock: the thread sanitizer would see two that run at once.
+/// What all loops read and write, without a lock. The thread sanitizer would notice if two loops ran at once.
 struct Shared {
   Scheduler& scheduler;
   std::uint64_t state = 1;
@@ -106,7 +106,7 @@ TEST_CASE("Loops on threads and the same loops as coroutines give the same trace
     REQUIRE(trace.hash == expected.hash);
     hashes.insert(trace.hash);
   }
-  CHECK(hashes.size() == 300);  // the schedules do differ
+  CHECK(hashes.size() == 300);  // the schedules really differ
 }
 
 TEST_CASE("At one instant completions run before device events before launches, whether loops or coroutines ask for them") {
@@ -160,7 +160,7 @@ void endless(BlockingClock& time, std::vector<std::string>& log, const std::stri
   for (std::int64_t k = 0;; ++k) {
     try {
       time.sleep_until({k * 100});
-    } catch (const std::exception&) {  // as loops do that survive a lost device; Stopped is none
+    } catch (const std::exception&) {  // as in loops that survive a lost device; Stopped is not a std::exception
     }
   }
 }

@@ -1,4 +1,4 @@
-// A stepped thread that nothing can end: the program says so and terminates, instead of waiting for ever.
+// A stepped thread that nothing can end. The program says so and terminates, instead of waiting for ever.
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>

@@ -11,7 +11,7 @@ namespace {
 
 constexpr Lane kLanes[] = {Lane::completion, Lane::device, Lane::launch};
 
-/// `lanes[i]` is asked for by the i-th spawned task, all at one instant; who ran in which order.
+/// The i-th spawned task asks for `lanes[i]`, all at one instant. Returns the order in which the tasks ran.
 std::vector<int> order_at_one_instant(const std::vector<Lane>& lanes, std::optional<std::uint64_t> permute_ties = {}) {
   VirtualRig rig({.permute_ties = permute_ties});
   std::vector<int> log;
@@ -163,7 +163,7 @@ TEST_CASE("With permuted ties every order of n tied events occurs over the seeds
     factorial *= n;
     std::map<std::vector<int>, int> orders;
     const int seeds =
-        60 * factorial;  // each order 60 times on average: a fair shuffle misses one with chance 120 * exp(-60)
+        60 * factorial;  // each order 60 times on average; a fair shuffle misses one with probability 120 * exp(-60)
     for (int seed = 0; seed < seeds; ++seed) {
       std::vector<int> order = order_at_one_instant(std::vector<Lane>(static_cast<std::size_t>(n), Lane::device), seed);
       ++orders[order];

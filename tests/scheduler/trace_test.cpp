@@ -110,7 +110,7 @@ TEST_CASE("Two sorted logs merge by (time, lane), a before b, each log's order k
     }
     std::stable_sort(expected.begin(), expected.end(), earlier);
     REQUIRE(payloads(merge(logs[0], logs[1])) == payloads(expected));
-    // The same while the logs grow: each is known until some instant, the one further than the other.
+    // The same while the logs grow. Each log is known until some instant, one further than the other.
     std::vector<Event> merged;
     EventMerge growing([&](const Event& event) { merged.push_back(event); });
     std::size_t given[2] = {0, 0};
@@ -133,7 +133,8 @@ TEST_CASE("Two sorted logs merge by (time, lane), a before b, each log's order k
 TEST_CASE("A completion that a device event asked for at its own instant stays behind it in the merged log") {
   const std::vector<Event> a = {event(5, Lane::device, 1), event(5, Lane::completion, 2), event(6, Lane::device, 3)};
   const std::vector<Event> b = {event(5, Lane::device, 4), event(5, Lane::launch, 5)};
-  // One scheduler: both device events wait; a's runs first and asks for a completion, which sorts before b's.
+  // On one scheduler both device events wait. That of `a` runs first and asks for a completion, which sorts before that of
+  // `b`.
   CHECK(payloads(merge(a, b)) == std::vector<std::uint64_t>{1, 2, 4, 5, 3});
   CHECK(payloads(merge(b, a)) == std::vector<std::uint64_t>{4, 1, 2, 5, 3});
   CHECK(payloads(merge(a, {})) == payloads(a));

@@ -101,7 +101,7 @@ TEST_CASE("A completion wakes a scheduler that waits for a timer in ten seconds"
   scheduler.spawn(long_timer(scheduler));
   scheduler.spawn(work_then_stop(scheduler, work));
   CHECK(scheduler.run(kNever).end == RunEnd::stopped);
-  REQUIRE(scheduler.events().size() == 1);  // the work; the timer was not waited for
+  REQUIRE(scheduler.events().size() == 1);  // only the work: nobody waited for the timer
   CHECK(scheduler.events()[0].time >= RealTime{5'000'000});
   CHECK(scheduler.events()[0].time < RealTime{10'000'000'000});
 }
@@ -168,12 +168,12 @@ TEST_CASE("What work throws on the worker's thread fails the run on a wall clock
   }
 }
 
-// ---- Stamps: a clock that the test sets and an executor that the test completes by hand
+// ---- Stamps, with a clock that the test sets and an executor whose work the test completes
 
 struct ManualExecutor final : Executor {
   std::vector<Completion*> started;
   void start(Completion& completion) override { started.push_back(&completion); }
-  void wait(Completion& completion) override { finish(completion, {0}); }  // only the final drain
+  void wait(Completion& completion) override { finish(completion, {0}); }  // only at the end of the run
   void finish(Completion& completion, RealTime stamp) {
     completion.stamp = stamp;
     completion.home->completed(completion);
@@ -200,12 +200,12 @@ TEST_CASE(
     "after it") {
   struct Row {
     std::int64_t programmed_end, stamp, expected;
-    Lane lane_of_last;  // of the event at 1000 ns during which the work is heard of
+    Lane lane_of_last;  // the lane of the event at 1000 ns during which the scheduler hears of the work
   };
   const Row rows[] = {
       {0, 1500, 1500, Lane::device},      // a stamp after the programmed end
       {2000, 1500, 2000, Lane::device},   // not before the programmed end
-      {2000, 900, 2000, Lane::device},    // an old stamp hides behind the programmed end
+      {2000, 900, 2000, Lane::device},    // an old stamp does not show before the programmed end
       {0, 900, 1001, Lane::device},       // heard of too late
       {0, 1000, 1001, Lane::device},      // completions of that instant would have come before the device event
       {0, 1000, 1001, Lane::launch},      //

@@ -1,5 +1,5 @@
 #pragma once
-/// Two clocks that are not virtual: the real one, and one whose time the test sets, for tests that must be exact.
+/// Two wall clocks: the real one, and one whose time the test sets, for tests that must be exact.
 
 #include <memory>
 #include <utility>
@@ -11,7 +11,7 @@ namespace evenstep::test {
 /// Starts at t = 0.
 inline std::unique_ptr<Clock> make_wall_clock() { return std::make_unique<WallClock>(WallEpoch::in({0})); }
 
-/// A wall clock that stands still: a wait jumps to its deadline, plus `lateness`, unless it was notified.
+/// A wall clock that stands still. A wait jumps to its deadline plus `lateness`, unless it was notified.
 class ManualWallClock final : public Clock {
  public:
   RealTime time;

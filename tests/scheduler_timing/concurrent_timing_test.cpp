@@ -1,4 +1,4 @@
-// A visualization in a lane of its own.
+// A visualization in its own lane, beside the steps.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -14,7 +14,7 @@ struct Expected {
   std::vector<std::int64_t> step_ends;
 };
 
-/// In ms; steps follow each other from 0 on.
+/// Compares a schedule with the expected times in ms. Steps follow each other from 0 on.
 void check(const ProgrammedTiming& timing, const std::vector<Expected>& expected) {
   const auto segments = play(timing, static_cast<int>(expected.size()));
   std::int64_t step_begin = 0;
@@ -50,7 +50,7 @@ double mean_steps(const ProgrammedTiming& timing, int segments) {
 }  // namespace
 
 TEST_CASE("concurrent: visualizations back to back, steps back to back, a step belongs to the segment it begins in") {
-  // Segment 2 begins at 20 ms with the step that begins there; its last one ends in segment 3.
+  // Segment 2 begins at 20 ms with the step that begins there. Its last step ends in segment 3.
   check(lanes(10, 4), {{0, 10, {4, 8, 12}}, {10, 20, {16, 20}}, {20, 30, {24, 28, 32}}, {30, 40, {36, 40}}});
 }
 
@@ -63,7 +63,8 @@ TEST_CASE("concurrent and paced: visualizations wait for the grid, and steps tha
   timing.segment = {50, 1};
   timing.paced = true;
   timing.slowdown = 2;
-  // A step that begins at 10 ms, the end of the visualization, would not be slow; the one at 6 is, all of it.
+  // A step that begins at 10 ms, the end of the visualization, would not be slow. The whole step that begins at 6 ms is
+  // slow.
   check(timing, {{0, 10, {6, 12, 15, 18, 21}}, {20, 30, {27, 33, 36, 39, 42}}, {40, 50, {48, 54, 57, 60}}});
   timing.dropped_visualization = 1;
   check(timing, {{0, -1, {3, 6, 9, 12, 15, 18, 21}}, {20, -1, {24, 27, 30, 33, 36, 39, 42}}});
@@ -80,16 +81,16 @@ TEST_CASE("concurrent: a visualization longer than its slot of the grid makes th
 }
 
 TEST_CASE("concurrent: what fill gives makes the mean number of steps the one asked for") {
-  // Paced, steps that straddle an end of V make it (c - 1)^2 / (2 c) fewer per segment where their phase to V is even, as
-  // 30 % jitter makes it, times 1 + 0.3^2: a visualization is more likely to begin in a long step. Back to back all steps
-  // begin beside a visualization: none straddles.
+  // With pacing, some steps go on beyond an end of V. Per segment they make (c - 1)^2 / (2 c) fewer steps if all phases to V
+  // are equally likely, as with 30 % jitter; times 1 + 0.3^2, because a visualization is more likely to begin in a long
+  // step. Back to back, all steps begin beside a visualization, and there are no such steps.
   for (const double slowdown : {1.0, 1.5, 2.0}) {
     for (const bool paced : {false, true}) {
       INFO("slowdown " << slowdown << ", paced " << paced);
       const ProgrammedTiming timing{
           .order = SegmentOrder::concurrent, .step_variation = 0.3, .paced = paced, .slowdown = slowdown};
       const double straddling = paced ? 1.09 * (slowdown - 1) * (slowdown - 1) / (2 * slowdown) : 0;
-      // N of one segment varies by 0.3 sqrt(15) = 1.2 at most, its mean over 10^4 by 0.012; five of them.
+      // N of a segment varies by 0.3 sqrt(15) = 1.2 at most, the mean of 10^4 by 0.012. Five times that is allowed.
       CHECK(std::abs(mean_steps(timing, 10'000) + straddling - 15) < 0.06);
       CHECK(mean_timing(timing).steps == Approx(15).epsilon(1e-6));  // a step is rounded to ns
     }

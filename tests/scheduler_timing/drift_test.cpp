@@ -1,5 +1,5 @@
-// 10^7 steps of the periodic schedule end where the rational says. The expected instants are counted up by whole numbers
-// with a carried remainder: another way than tick_time's and the schedule's own division.
+// 10^7 steps of the periodic schedule end at the exact rational instants. The expected instants are counted up in whole
+// numbers with a carried remainder, unlike the divisions of tick_time and of the schedule.
 #include <catch2/catch.hpp>
 
 #include "evenstep/scheduler/step_timing.h"
@@ -29,7 +29,8 @@ class CountedFloors {
   __int128 at_ = 0, carried_ = 0;
 };
 
-/// Steps of "fill", visualization first: boundary, visualization, and every step's begin and end. Returns what is wrong.
+/// For steps of "fill" after the visualization, checks the boundary, the visualization, and the begin and end of every step.
+/// Returns how many instants are wrong.
 std::int64_t wrong_instants(const ProgrammedTiming& programmed, std::int64_t steps_wanted) {
   const auto timing = make_programmed_timing(programmed);
   const int count = programmed.steps.front();

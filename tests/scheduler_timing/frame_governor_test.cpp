@@ -1,4 +1,5 @@
-// A frame governor: what it may draw in a pause, that it loses and changes no step, and that it does not know the future.
+// The governor of visualizations: what it may draw in a pause, that it loses and changes no step, and that it does not know
+// the future.
 #include "evenstep/scheduler/frame_governor.h"
 #include "cases.h"
 
@@ -14,8 +15,8 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint64_t kSchedules = 2'000;
 
-/// A schedule of 40 segments with anything in it: 0 to 20 steps, drawings of up to 50 ms or none, gaps, free-running or on a
-/// grid of 40 ms, drawings before or after the steps.
+/// A schedule of 40 arbitrary segments: 0 to 20 steps, drawings of up to 50 ms or none, gaps, free-running or on a grid of
+/// 40 ms, drawings before or after the steps.
 std::vector<SegmentTiming> any_schedule(std::uint64_t seed) {
   const RandomStream random(seed, "governor.test");
   std::uint64_t draw = 0;
@@ -96,7 +97,7 @@ std::int64_t drawings(const std::vector<SegmentTiming>& segments) {
   return static_cast<std::int64_t>(visualization_durations(segments).size());
 }
 
-/// Things that are not in order of time.
+/// The number of things that are not in the order of time.
 std::int64_t out_of_order(const std::vector<SegmentTiming>& segments) {
   std::int64_t wrong = 0;
   RealTime last = segments.front().begin;
@@ -118,7 +119,7 @@ std::int64_t out_of_order(const std::vector<SegmentTiming>& segments) {
   return wrong;
 }
 
-/// V of these lengths, 4 steps of 1 ms each, nothing in between.
+/// Visualizations of these lengths, each followed by 4 steps of 1 ms, without gaps.
 std::vector<SegmentTiming> free_running(const std::vector<std::int64_t>& visualizations_ms) {
   std::vector<SegmentTiming> out;
   RealTime at;
@@ -181,17 +182,17 @@ TEST_CASE("where a drawing can be cut off no pause of any schedule is over the b
     for (const SegmentTiming& segment : after) {
       const bool pause_first =
           segment.visualization && !segment.steps.empty() && segment.visualization->begin < segment.steps.front().begin;
-      // Gaps of the source, at most 1 us each, are no part of the pause.
+      // Gaps of the source, at most 1 us each, do not belong to the pause.
       kept_over += pause_first && segment.steps.front().begin - segment.begin > *governor.budget + Duration{1000};
     }
     reached += longest_pause(after) == *governor.budget;
-    // Each drawing of the source is finished, merged into the one before, or still under way at the end.
+    // Each drawing of the source is finished, merged into the one before, or unfinished at the end.
     const std::int64_t open = drawings(source) - finished(after) - left_out(after);
     unaccounted += open != 0 && open != 1;
   }
   CHECK(over == 0);
   CHECK(kept_over == 0);
-  CHECK(reached > 100);  // or the budgets were never tight
+  CHECK(reached > 100);  // otherwise the budgets were never tight
   CHECK(unaccounted == 0);
 }
 
@@ -271,7 +272,7 @@ TEST_CASE("the rest of a drawing over its budget takes the place of the next one
   CHECK(pauses_ms(after) == std::vector<std::int64_t>{4, 10, 10, 5, 4});
   CHECK(left_out(after) == 2);
   CHECK(finished(after) == 3);
-  CHECK(after[3].steps.front().begin - after[3].begin == Duration{10 * kMs});  // 5 ms of rest, where 14.5 are usual
+  CHECK(after[3].steps.front().begin - after[3].begin == Duration{10 * kMs});  // 5 ms of rest instead of the usual 14.5 ms
   CHECK(after.back().end == RealTime{(4 + 10 + 10 + 10 + 4 + 20) * kMs});
 }
 

@@ -56,8 +56,8 @@ bool all_equal(const std::vector<Duration>& durations, Duration expected) {
          std::all_of(durations.begin(), durations.end(), [expected](Duration each) { return each == expected; });
 }
 
-/// 5 standard errors of mean and of deviation; 1.1: a log-normal's deviation is that much less certain at 20 % than a
-/// normal's.
+/// Checks mean and deviation to 5 standard errors. The factor 1.1 is there because at 20 % the deviation of a log-normal
+/// distribution is that much less certain than that of a normal one.
 void check_log_normal(const std::vector<Duration>& durations, Duration mean, double variation) {
   const auto [measured_mean, measured_deviation] = moments(durations);
   const double expected = static_cast<double>(mean.ns), count = static_cast<double>(durations.size());
@@ -95,7 +95,8 @@ TEST_CASE("jitter keeps the means of visualization and step, and varies both by 
 
 TEST_CASE("with jitter the segments last 1/30 s on average") {
   const auto segments = play(jittered(0.1), kSegments);
-  // Standard deviation of one segment: V's and 15 steps' in quadrature; the mean step is rounded by less than half a ns.
+  // The standard deviations of V and of 15 steps, added in quadrature, make that of a segment. The mean step is rounded by
+  // less than half a ns.
   const double deviation = 0.1 * std::sqrt(11'100'000.0 * 11'100'000.0 + 15 * 1'482'222.0 * 1'482'222.0);
   const double measured = static_cast<double>(segments.back().end.ns) / kSegments;
   CHECK(std::abs(measured - 1e9 / 30) < 5 * deviation / std::sqrt(kSegments) + 15 * 0.5);
@@ -115,13 +116,13 @@ TEST_CASE("several N are drawn evenly, one per segment, and the mean step fills 
   CHECK(all_equal(step_durations(segments), {1'368'205}));
   CHECK(all_equal(visualization_durations(segments), {11'100'000}));
 
-  // 22 233 333.33 / 12 = 1 852 777.8 ns: to the nearest, not down.
+  // 22 233 333.33 / 12 = 1 852 777.8 ns is rounded to the nearest ns, not down.
   CHECK(all_equal(step_durations(play({.steps = {11, 12, 13}}, 1'000)), {1'852'778}));
 }
 
 TEST_CASE("a list that holds one N twice is a list: free-running") {
   const auto segments = play({.steps = {15, 15}}, 1'000);
-  // 15 x 1 482 222 + 11 100 000: the 3.33 ns by which a rounded segment is short add up, as "appended" says.
+  // 15 x 1 482 222 + 11 100 000. The 3.33 ns that a rounded segment lacks add up, because segments are appended.
   CHECK(segments.back().end.ns == 1'000LL * 33'333'330);
 }
 
@@ -194,7 +195,7 @@ TEST_CASE("draws belong to the step and the segment, not to the order of drawing
   }
 }
 
-// Recorded trace hashes rest on these instants. The constant may change only together with them.
+// Recorded trace hashes depend on these instants. If this constant changes, those hashes change.
 TEST_CASE("jittered timing has the instants it always had") {
   CHECK(digest_of(play({.steps = {14, 15, 16}, .visualization_variation = 0.1, .step_variation = 0.1, .seed = 7}, 10'000)) ==
         0xcab473ea582baa1eULL);

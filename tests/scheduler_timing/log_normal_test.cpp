@@ -32,9 +32,10 @@ TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked 
     for (const double value : values) sum_of_squares += (value - mean) * (value - mean);
     const double measured = std::sqrt(sum_of_squares / kLogNormalDraws) / mean;
 
-    // 5 standard errors. Of the mean: variation / sqrt(n). Of a standard deviation, relative: sqrt((kurtosis - 1) / n) / 2,
-    // the kurtosis of a log-normal being w^4 + 2 w^3 + 3 w^2 - 3 with w = 1 + variation^2; the mean in its denominator adds
-    // its own. Rounding to ns adds a variance of 1/12 ns^2: under 2e-8 of the smallest one here.
+    // 5 standard errors are allowed. That of the mean is variation / sqrt(n). That of a standard deviation is, relatively,
+    // sqrt((kurtosis - 1) / n) / 2; the kurtosis of a log-normal distribution is w^4 + 2 w^3 + 3 w^2 - 3 with w = 1 +
+    // variation^2. The mean in the denominator adds its own error. Rounding to ns adds a variance of 1/12 ns^2, which is
+    // less than 2e-8 of the smallest variance here.
     const double w = 1 + variation * variation;
     const double kurtosis = std::pow(w, 4) + 2 * std::pow(w, 3) + 3 * w * w - 3;
     const double error_of_mean = variation / std::sqrt(kLogNormalDraws);
@@ -56,8 +57,8 @@ TEST_CASE("the logarithm of log_normal is normal (Kolmogorov-Smirnov)", "[sweep]
       const double cumulative = 0.5 * std::erfc(-z / std::sqrt(2.0));
       distance = std::max(distance, std::abs((i + 0.5) / kLogNormalDraws - cumulative));
     }
-    // 1.95 / sqrt(n) is exceeded with probability 0.001. Values are whole ns: half of one is 1.4e-5 of the distribution at 1
-    // %.
+    // 1.95 / sqrt(n) is exceeded with probability 0.001. Values are whole ns. At 1 %, half a ns is 1.4e-5 of the
+    // distribution.
     CHECK(distance < 1.95 / std::sqrt(kLogNormalDraws) + 2e-5);
   }
 }

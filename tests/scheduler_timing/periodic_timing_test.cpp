@@ -19,7 +19,8 @@ struct NamedTiming {
   ProgrammedTiming timing;
 };
 
-/// Fills of every shape: short, long, incommensurable, one step, no step, no visualization, slowest and fastest segments.
+/// Timings with "fill" of every shape: short, long, incommensurable, one step, no step, no visualization, slowest and
+/// fastest segments.
 std::vector<NamedTiming> fills() {
   std::vector<NamedTiming> all = {
       {"the paper's", {}},
@@ -40,7 +41,7 @@ std::vector<NamedTiming> fills() {
   return all;
 }
 
-/// Whether `function` ends the process by an assertion.
+/// Whether `function` ends the process with an assertion.
 template <class Function>
 bool asserts(Function function) {
   const pid_t child = fork();
@@ -170,7 +171,7 @@ TEST_CASE("1 ns more than fits in a segment is refused by an assertion") {
   CHECK_FALSE(asserts(make(ties)));
   CHECK(asserts(make(too_long)));
 
-  // 1/30 s is 33 333 333.3 ns: what fits must fit in the segments of 33 333 333 ns.
+  // 1/30 s is 33 333 333.3 ns, so everything must fit in segments of 33 333 333 ns.
   CHECK_FALSE(asserts(make({.visualization = {33'333'333 - 15}})));
   CHECK(asserts(make({.visualization = {33'333'333 - 14}})));
   CHECK(asserts(make({.steps = {}})));

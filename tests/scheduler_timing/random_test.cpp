@@ -1,5 +1,6 @@
-// The generator is deterministic, so these tests pass or fail for ever. Bounds are 5 standard errors of the statistic (6
-// where thousands are looked at): a good generator misses them for one seed in a million, a bad one for every seed.
+// The generator is deterministic, so these tests always pass or always fail. Bounds are 5 standard errors of the statistic,
+// or 6 where thousands of values are looked at. A good generator misses them for one seed in a million, a bad one for every
+// seed.
 
 #include "evenstep/scheduler/random.h"
 
@@ -26,7 +27,7 @@ double chi_square_deviation(const std::vector<std::uint64_t>& counts, std::uint6
   return (chi_square - freedom) / std::sqrt(2 * freedom);
 }
 
-/// Mean of the product of two standardised sequences, in standard errors of independent ones.
+/// The mean product of two standardised sequences, in standard errors that it has for independent ones.
 template <class First, class Second>
 double correlation_deviation(std::uint64_t draws, First first, Second second) {
   double sum = 0;
@@ -38,7 +39,8 @@ auto standardised_uniform(const RandomStream& stream, std::uint64_t shift = 0) {
   return [stream, shift](std::uint64_t n) { return (stream.uniform(n + shift) - 0.5) * std::sqrt(12.0); };
 }
 
-/// Largest deviation of any (input bit, output bit) pair from "flips with probability 1/2", in standard errors.
+/// For each pair of an input bit and an output bit, flipping one should flip the other with probability 1/2. This is the
+/// largest deviation from that, in standard errors.
 template <class Word, class FlippedWord>
 double avalanche_deviation(int samples, Word word, FlippedWord flipped_word) {
   double worst = 0;
@@ -224,7 +226,7 @@ TEST_CASE("draw n is the same in whatever order the draws are made, and from a s
   CHECK(different == 0);
 }
 
-// Every recorded trace hash with a jittered timing rests on these numbers. The constant may change only together with them.
+// Every recorded trace hash with a jittered timing depends on these numbers. If this constant changes, those hashes change.
 TEST_CASE("the streams have the values they always had") {
   std::uint64_t digest = 0;
   for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{1}, UINT64_MAX}) {

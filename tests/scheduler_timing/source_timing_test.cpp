@@ -1,4 +1,4 @@
-// A source: its clock, the ways of its results, and the three policies of waking up.
+// A source: its clock, the paths of its results, and the three policies of waking up.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ ProgrammedTiming hundred_hertz(Duration step) {
   return timing;
 }
 
-/// The same with one step that takes `overrun`, the first to begin at or after 50 ms; all others take 2 ms.
+/// The same, but the first step that begins at or after 50 ms takes `overrun`. All others take 2 ms.
 std::vector<RealTime> begins_with_overrun(WakeUp wake, Duration overrun, std::size_t count) {
   ProgrammedTiming timing = hundred_hertz(kMillisecond * 2);
   timing.paced = true;
@@ -41,7 +41,8 @@ std::vector<RealTime> begins_with_overrun(WakeUp wake, Duration overrun, std::si
 }  // namespace
 
 TEST_CASE("source: after one overrun the absolute grid leaves out ticks, from-last-update stays late and catch-up bursts") {
-  // Overruns from just above one period to 9.9, in steps of 0.1 ms: begins before it are 0, 10, ... 50 ms in all three.
+  // Overruns from just above one period to 9.9 periods, in steps of 0.1 ms. With all three policies the steps before the
+  // overrun begin at 0, 10, ... 50 ms.
   for (std::int64_t tenths = 101; tenths <= 990; ++tenths) {
     const Duration overrun = Duration{100'000} * tenths;
     const RealTime ended = RealTime{50'000'000} + overrun;

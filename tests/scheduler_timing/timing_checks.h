@@ -23,8 +23,8 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, int s
 inline Duration length(const Interval& interval) { return interval.end - interval.begin; }
 
 /// Visualization and steps must be in order, disjoint and inside the segment, and segments must touch. If the visualization
-/// has a lane of its own, steps are disjoint and in order among themselves, begin in their segment and may end in a later
-/// one. Returns the number of violations.
+/// has its own lane, steps are disjoint and in order among themselves, begin in their segment and may end in a later one.
+/// Returns the number of violations.
 inline std::int64_t disorder(const std::vector<SegmentTiming>& segments) {
   std::int64_t wrong = 0, index = 0;
   RealTime boundary{0}, last{0};
@@ -50,7 +50,7 @@ inline std::int64_t disorder(const std::vector<SegmentTiming>& segments) {
   return wrong;
 }
 
-/// Time between `begin` and `end` that neither the visualization nor a step fills.
+/// The time within the segment that neither the visualization nor a step fills.
 inline Duration idle(const SegmentTiming& segment) {
   Duration rest = segment.end - segment.begin;
   if (segment.visualization) rest = rest - length(*segment.visualization);

@@ -1,4 +1,4 @@
-// A schedule of a known model is fitted back, part by part, and what is not in it is not found.
+// A fit finds the model of a known schedule again, part by part, and finds nothing that is not in it.
 #include "evenstep/scheduler/timing_fit.h"
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ TimingFit fitted(const ProgrammedTiming& timing, int segments = kFittedSegments)
   return fit_timing(play(timing, segments));
 }
 
-/// The parts that are proposed, by name.
+/// The names of the parts that are proposed.
 std::string parts(const TimingFit& fit) {
   const ProgrammedTiming& timing = fit.timing;
   std::string out;
@@ -47,14 +47,14 @@ std::string parts(const TimingFit& fit) {
 double V(const TimingFit& fit) { return static_cast<double>(fit.timing.visualization.ns); }
 double s(const TimingFit& fit) { return static_cast<double>(fit.timing.step->ns); }
 
-/// Of these very segments: stays at a level are so few that their mean is a few percent off V.
+/// The mean V of these segments. The stays at a level are so few that it is a few percent off the programmed V.
 double mean_visualization_ns(const std::vector<SegmentTiming>& segments) {
   double sum = 0;
   for (const SegmentTiming& segment : segments) sum += static_cast<double>(length(*segment.visualization).ns);
   return sum / static_cast<double>(segments.size());
 }
 
-/// Rates from counted hits: 5 standard errors of a Poisson count.
+/// Checks a rate from counted hits to 5 standard errors of a Poisson count.
 void check_rate(double measured, double rate, double seconds) {
   INFO(measured << " Hz for " << rate << " Hz in " << seconds << " s");
   CHECK(std::abs(measured - rate) < 5 * std::sqrt(rate / seconds) + 0.01 * rate);
@@ -67,14 +67,14 @@ TEST_CASE("fit: means and variations come back, and nothing that is not there is
     INFO("seed " << seed);
     const TimingFit fit = fitted(base(seed));
     CHECK(parts(fit) == "");
-    // 5 standard errors of 2000 and 30 000 lengths; those beyond 5 deviations do not occur.
+    // 5 standard errors of 2000 and 30 000 lengths. Lengths beyond 5 deviations do not occur.
     CHECK(V(fit) == Approx(11.1e6).epsilon(5 * 0.05 / std::sqrt(2'000)));
     CHECK(s(fit) == Approx(1.4e6).epsilon(5 * 0.01 / std::sqrt(30'000)));
     // A median absolute deviation has 1.65 times the error of a standard deviation, 1 / sqrt(2 n).
     CHECK(fit.timing.visualization_variation == Approx(0.05).epsilon(5 * 1.65 / std::sqrt(4'000)));
     CHECK(fit.timing.step_variation == Approx(0.01).epsilon(5 * 1.65 / std::sqrt(60'000)));
     CHECK(fit.timing.steps == std::vector<int>{15});
-    // They are log-normal: P(sqrt(n) D > 1.8) < 3e-3 for known parameters, less for fitted ones.
+    // The lengths are log-normal: P(sqrt(n) D > 1.8) < 3e-3 for known parameters, and less for fitted ones.
     CHECK(fit.visualization.distance < 1.8 / std::sqrt(2'000));
     CHECK(fit.step.distance < 1.8 / std::sqrt(30'000));
   }
@@ -105,7 +105,7 @@ TEST_CASE("fit: the order is seen, and the first step after a visualization in e
     timing.first_step = 0.2;
     const TimingFit fit = fitted(timing);
     CHECK(parts(fit) == (order == SegmentOrder::steps_first ? "steps-first first_step " : "first_step "));
-    // Of a ratio of medians of 1 %: 1.25 * 1 % / sqrt(2000).
+    // The standard error of a ratio of medians at 1 % is 1.25 * 1 % / sqrt(2000).
     CHECK(fit.timing.first_step == Approx(0.2).margin(5 * 1.2 * 0.0125 / std::sqrt(2'000)));
     CHECK(s(fit) == Approx(1.4e6).epsilon(0.001));
   }
@@ -134,10 +134,11 @@ TEST_CASE("fit: a tail comes back with rate, bounds and index, visualizations lo
   CHECK(static_cast<double>(tail.least.ns) == Approx(3e6).epsilon(0.03));
   CHECK(tail.most.ns > 25 * ms);
   CHECK(tail.most.ns <= 40 * ms + ms / 10);
-  // Of a maximum-likelihood index: 1.5 / sqrt(hits) unbounded, about half as much again bounded at 13 times the least.
+  // The standard error of a maximum-likelihood index is 1.5 / sqrt(hits) without a bound, and about half as much more with a
+  // bound at 13 times the least value.
   CHECK(tail.tail == Approx(1.5).margin(5 * 1.5 * 1.5 / std::sqrt(hits)));
   CHECK(fit.tail_distance < 1.8 / std::sqrt(hits));
-  // Its 3 ms are beyond 5 deviations of V, so the mean of the others never had them.
+  // Hits of 3 ms are beyond 5 deviations of V, so the mean of the others does not contain them.
   CHECK(V(fit) == Approx(11.1e6).epsilon(0.01));
 }
 
@@ -146,7 +147,8 @@ TEST_CASE("fit: a tail of short hits is inside the mean of V and is taken off, f
   timing.preemption = Preemption{100, {300'000}, {1'500'000}, 0.1};
   const TimingFit fit = fitted(timing);
   REQUIRE(parts(fit) == "preemption ");
-  // 1 - exp(-100 Hz * 11.1 ms) = 67 % of the visualizations are hit, by 0.72 ms: 4.3 % too long if left in.
+  // 1 - exp(-100 Hz * 11.1 ms) = 67 % of the visualizations are hit, by 0.72 ms. If these hits were left in, V would be 4.3
+  // % too long.
   CHECK(V(fit) == Approx(11.1e6).epsilon(0.008));
 }
 
@@ -165,7 +167,7 @@ TEST_CASE("fit: spikes and a tail are told apart where at least half the hits ar
   timing.preemption = Preemption{5, {6 * ms}, {40 * ms}, 1.5};
   const TimingFit fit = fitted(timing);
   REQUIRE(parts(fit) == "spikes preemption ");
-  CHECK(V(fit) == Approx(fit.visualization.mean_ns).margin(1));  // hits of 6 ms are none of its mean
+  CHECK(V(fit) == Approx(fit.visualization.mean_ns).margin(1));  // the mean contains no hits of 6 ms
   check_rate(fit.timing.spikes->rate_Hz, 20, fit.work_s);
   check_rate(fit.timing.preemption->rate_Hz, 5, fit.work_s);
 }
@@ -181,7 +183,8 @@ TEST_CASE("fit: regimes come back with factor and length, whether jitter hides t
       const TimingFit fit = fit_timing(segments);
       REQUIRE(parts(fit) == "regimes ");
       CHECK(fit.timing.regimes->factor == Approx(1.6).epsilon(0.03));
-      // 4000 / mean_length changes: 5 standard errors, and as much again for those that jitter hides.
+      // There are 4000 / mean_length changes. 5 standard errors are allowed, and as much again for changes that jitter
+      // hides.
       CHECK(fit.timing.regimes->mean_length == Approx(mean_length).epsilon(10 / std::sqrt(4'000 / mean_length)));
       CHECK(V(fit) == Approx(mean_visualization_ns(segments)).epsilon(0.01));
       CHECK(fit.timing.visualization_variation == Approx(variation).epsilon(0.1));
@@ -197,7 +200,8 @@ TEST_CASE("fit: regimes that are not half and half come back with their shares, 
     const auto segments = play(timing, 6'000);
     const TimingFit fit = fit_timing(segments);
     REQUIRE(parts(fit) == "regimes ");
-    // About 200 stays of each kind, whose lengths vary by themselves: 10 % of the share, 3 errors.
+    // There are about 200 stays of each kind, and their lengths vary by their whole mean. So the share has an error of 10 %;
+    // three times that is allowed.
     CHECK(fit.timing.regimes->slow_share == Approx(share).epsilon(0.3));
     CHECK(fit.timing.regimes->factor == Approx(1.7).epsilon(0.03));
     CHECK(V(fit) == Approx(mean_visualization_ns(segments)).epsilon(0.01));
@@ -248,7 +252,7 @@ TEST_CASE("fit: pacing is seen with its rate, deadlines missed or not, a free-ru
   CHECK(parts(fit) == "paced preemption ");
   CHECK(fit.late > 10);
   timing.preemption.reset();
-  timing.segment = {1'000'000, 33'210};  // 33.21 ms: no whole rate
+  timing.segment = {1'000'000, 33'210};  // 33.21 ms is not a whole rate
   CHECK(fitted(timing).timing.segment == Rate{1'000'000, 33'210});
 }
 
@@ -339,7 +343,8 @@ TEST_CASE("statistics of the fit against closed forms") {
   CHECK(densest({1, 2, 4, 4.1, 4.2, 9}).center == Approx(4.1));
   CHECK(densest({1, 2, 4, 4.1, 4.2, 9}).count == 3);
   for (const double tail : {0.3, 1.5, 5.0}) {
-    // The quantiles of a Pareto cut off at three times its least: without the cut its index would look far larger.
+    // The quantiles of a Pareto distribution that is cut off at three times its least value. If the cut were ignored, its
+    // index would seem far larger.
     Sample cut;
     const double q = std::pow(1.0 / 3, tail);
     for (int i = 0; i < 10'000; ++i) cut.push_back(2 * std::pow(1 - (i + 0.5) / 10'000 * (1 - q), -1 / tail));
@@ -360,16 +365,16 @@ TEST_CASE("fit: a hitch comes back with its period, and the rest is as without i
   for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(100); ++seed) {
     ProgrammedTiming timing = base(seed);
     timing.paced = seed % 2 == 0;
-    if (timing.paced) timing.step = Duration{1'200'000};  // leaves idle time, by which pacing is seen
+    if (timing.paced) timing.step = Duration{1'200'000};  // leaves idle time, so that the fit can see the pacing
     const auto period_ms = static_cast<std::int64_t>(1'000 + 100 * random.below(draw++, 45));
     const auto length_ms = static_cast<std::int64_t>(20 + random.below(draw++, 30));
     timing.hitch = Hitch{{period_ms * ms}, {length_ms * ms}};
-    const TimingFit fit = fitted(timing);  // for 66 s or more, so at least 12 hitches
+    const TimingFit fit = fitted(timing);  // takes 66 s or more, so there are at least 12 hitches
     INFO("seed " << seed << ": " << length_ms << " ms every " << period_ms << " ms");
     CHECK(parts(fit) == (timing.paced ? "paced hitch " : "hitch "));
     REQUIRE(fit.timing.hitch);
     CHECK(fit.timing.hitch->every.ns == period_ms * ms);
-    // The median of 12 or more lengths that vary by 5 %: 5 errors of 1.25 * 5 % / sqrt(12).
+    // The median of 12 or more lengths that vary by 5 % has an error of 1.25 * 5 % / sqrt(12). 5 errors are allowed.
     CHECK(static_cast<double>(fit.timing.hitch->visualization.ns) ==
           Approx(static_cast<double>(length_ms * ms)).epsilon(5 * 1.25 * 0.05 / std::sqrt(12)));
     CHECK(V(fit) == Approx(11.1e6).epsilon(5 * 0.05 / std::sqrt(1'900)));
@@ -385,7 +390,7 @@ TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,
     if (seed % 5 == 0) timing.regimes = Regimes{1.6, 8, 0.2};
     invented += fitted(timing, 300).timing.hitch.has_value();
   }
-  CHECK(invented <= 1);  // docs/timing.md: by chance in one of a thousand
+  CHECK(invented <= 1);  // by chance in one of a thousand, see docs/timing.md
 }
 
 TEST_CASE("fit: uniform jitter comes back as such, and log-normal jitter does not, 200 schedules of each") {
@@ -407,6 +412,6 @@ TEST_CASE("fit: uniform jitter comes back as such, and log-normal jitter does no
   CHECK(missed <= 4);  // 1 % of 400
   CHECK(invented == 0);
   CHECK(other == 0);
-  // A quantile of 5 % of 500 values is off by 1 % of the width (one error); the width has two of them.
+  // A quantile at 5 % of 500 values is off by 1 % of the width (one standard error). The width comes from two quantiles.
   CHECK(worst < 0.06);
 }

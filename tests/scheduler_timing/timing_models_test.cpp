@@ -1,5 +1,5 @@
-// What each model draws, against its distribution, and that no model shifts another's draws. z-based tolerances: 5 standard
-// errors, that is one false alarm in 2 million per number if the seed were drawn anew.
+// What each model draws, compared with its distribution; and that no model shifts the draws of another. Tolerances are 5
+// standard errors: if the seed were drawn anew, each number would give one false alarm in 2 million.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 ProgrammedTiming jittered() { return {.step = Duration{1'500'000}, .visualization_variation = 0.1, .step_variation = 0.1}; }
 
-/// with - without, one by one.
+/// with - without, element by element.
 std::vector<std::int64_t> differences(const std::vector<Duration>& with, const std::vector<Duration>& without) {
   REQUIRE(with.size() == without.size());
   std::vector<std::int64_t> out;
@@ -25,7 +25,7 @@ std::int64_t count_positive(const std::vector<std::int64_t>& values) {
   return std::count_if(values.begin(), values.end(), [](std::int64_t value) { return value > 0; });
 }
 
-/// |successes - n p| within 5 standard errors of a binomial count.
+/// Checks that |successes - n p| is within 5 standard errors of a binomial count.
 void check_binomial(std::int64_t successes, double n, double p) {
   INFO(successes << " of " << n << " at p = " << p);
   CHECK(std::abs(static_cast<double>(successes) - n * p) < 5 * std::sqrt(n * p * (1 - p)));
@@ -37,7 +37,8 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Mean and its standard error by means of 50 batches, which may be correlated inside but hardly to each other.
+/// A mean and its standard error, from the means of 50 batches. Values may be correlated within a batch, but hardly between
+/// batches.
 struct Estimate {
   double mean, error;
 };
@@ -111,7 +112,7 @@ TEST_CASE("the cost of a pre-emption is Pareto between its bounds: Kolmogorov di
     // P(sqrt(n) D > 2.2) = 2 exp(-2 * 2.2^2) = 1.3e-4.
     CHECK(distance < 2.2 / std::sqrt(n));
 
-    // Closed mean, against 5 standard errors of the sample.
+    // The mean in closed form, compared to within 5 standard errors of the sample.
     double variance = 0;
     const double mean = mean_of(costs);
     for (const double cost : costs) variance += (cost - mean) * (cost - mean) / n;
@@ -140,9 +141,10 @@ TEST_CASE("regimes: two lengths of the visualization, a factor apart, mean V, la
       slow += durations[k].ns == 16 * ms;
       changes += k > 0 && durations[k] != durations[k - 1];
     }
-    // Of two values, the lag-1 correlation is 1 - 2 P(change) where both are as likely.
+    // For two values that are equally likely, the lag-1 correlation is 1 - 2 P(change).
     check_binomial(changes, n - 1, 1 / mean_length);
-    // The share of slow segments: a correlated count, (1 + rho) / (1 - rho) = mean_length - 1 times a binomial's variance.
+    // The number of slow segments is a correlated count. Its variance is (1 + rho) / (1 - rho) = mean_length - 1 times that
+    // of a binomial count.
     CHECK(std::abs(static_cast<double>(slow) - n / 2.0) < 5 * std::sqrt(n / 4.0 * (mean_length - 1)));
   }
 }
@@ -165,7 +167,7 @@ TEST_CASE("regimes of unequal shares: each level as often as asked, for as long 
       CHECK(static_cast<double>(low_ns) == Approx(13e6 / (1 - share + share * 1.6)).epsilon(1e-6));
       check_binomial(to_slow, n - slow, 1 / (2 * (1 - share) * mean_length));
       check_binomial(to_fast, slow, 1 / (2 * share * mean_length));
-      // A correlated count: (1 + rho) / (1 - rho) times a binomial's variance.
+      // The variance of a correlated count is (1 + rho) / (1 - rho) times that of a binomial count.
       const double rho = 1 - 1 / (2 * share * mean_length) - 1 / (2 * (1 - share) * mean_length);
       const double deviation = std::sqrt(n * share * (1 - share) * (1 + rho) / (1 - rho));
       CHECK(std::abs(static_cast<double>(slow) - n * share) < 5 * deviation);
@@ -213,7 +215,7 @@ TEST_CASE("uniform jitter lies within its share of the mean, each length as like
     std::vector<double> lengths;
     for (const SegmentTiming& segment : segments) {
       lengths.push_back(static_cast<double>(length(*segment.visualization).ns));
-      // Half a nanosecond of rounding; at a width of 100 % at least 1 ns remains.
+      // Rounding adds half a nanosecond. At a width of 100 % at least 1 ns remains.
       CHECK(std::abs(lengths.back() - 11.1e6) <= width * 11.1e6 + 0.5);
     }
     std::sort(lengths.begin(), lengths.end());
@@ -261,8 +263,8 @@ TEST_CASE("on a grid a hitch takes place in its segment, and the grid is reached
   const auto segments = play(timing, 300);
   std::int64_t late = 0;
   for (const SegmentTiming& segment : segments) late += segment.begin > tick_time({30, 1}, segment.index);
-  // 40 + 15 ms in a segment of 33.3 ms, of which 7.2 ms are idle: 21.7 ms late, then 14.4 and 7.2. The hitches are those of
-  // segments 30, 60, ..., 270.
+  // A hitch makes 40 + 15 ms of a segment of 33.3 ms, of which 7.2 ms are usually idle. So the next segments are 21.7 ms
+  // late, then 14.4 and 7.2 ms. Hitches are in segments 30, 60, ..., 270.
   CHECK(late == 9 * 3);
 }
 
@@ -293,7 +295,7 @@ TEST_CASE("no model shifts another's draws: with all others added, each still do
   const auto late = differences(visualization_durations(hit), visualization_durations(bare));
   CHECK(count_positive(late) > 400);
   for (const std::int64_t added : late) REQUIRE((added == 0 || (added >= 3 * ms && added <= 40 * ms)));
-  // Spikes and pre-emption of one step are independent: both hit with the product of the probabilities (3 % each).
+  // Spikes and pre-emption of a step are independent: both hit it with the product of their probabilities (3 % each).
   std::int64_t twice = 0;
   for (std::size_t i = 0; i < all.size(); ++i) twice += spikes[i] > 0 && hits[i] > 0;
   check_binomial(twice, static_cast<double>(all.size()), std::pow(1 - std::exp(-0.03), 2));
@@ -310,7 +312,7 @@ TEST_CASE("regimes, drift and the first step scale the log-normal draw that was 
     const double drift = 1 + 0.01 * seconds(varied[k].begin);
     const double ratio = static_cast<double>(length(*varied[k].visualization).ns) /
                          static_cast<double>(length(*bare[k].visualization).ns) / drift;
-    // A mean in a regime and a duration are each rounded by up to half a ns of 8 ms.
+    // The mean in a regime and a duration are each rounded by up to half a ns, of 8 ms.
     REQUIRE((std::abs(ratio - 2 / 2.6) < 2e-7 || std::abs(ratio - 3.2 / 2.6) < 2e-7));
     for (std::size_t i = 0; i < 15; ++i) {
       const double expected = static_cast<double>(length(bare[k].steps[i]).ns) * drift * (i == 0 ? 1.3 : 1);
@@ -349,7 +351,8 @@ TEST_CASE("the means that are stated are the means that are played", "[sweep]") 
     for (const SegmentTiming& segment : play(timings[i], 20'000))
       lengths.push_back(static_cast<double>((segment.end - segment.begin).ns));
     const auto [mean, error] = batch_means(lengths);
-    // 5 standard errors; the hits of a step of 10 % jitter at 10 Hz differ from those of a mean step by 1e-6 of them.
+    // 5 standard errors are allowed. With 10 % jitter at 10 Hz, the number of hits of a step differs from that of a mean
+    // step by 1e-6.
     CHECK(std::abs(mean - mean_timing(timings[i]).segment_ns) < 5 * error);
   }
 }
@@ -378,7 +381,8 @@ TEST_CASE("ten thousand random combinations keep the order of a schedule, and ea
     if (chance(0.3)) timing.spikes = Spikes{between(0, 1e3), {static_cast<std::int64_t>(between(1, 1e7))}};
     if (chance(0.3)) timing.preemption = Preemption{between(0, 1e3), {3 * ms}, {40 * ms}, between(0.1, 10)};
     if (chance(0.3)) timing.regimes = Regimes{between(1, 5), between(1, 20)};
-    // Upwards lengths grow exponentially; downwards 1 ns remains, of which a paced lane would hold 10^8.
+    // If drift goes up, lengths grow exponentially. If it goes down, 1 ns remains, and a paced lane would hold 10^8 of
+    // those.
     if (chance(0.3)) timing.drift_per_s = between(timing.order == SegmentOrder::concurrent ? -0.1 : -3, 0.3);
     if (chance(0.3)) timing.merged_visualization = between(0, 0.5);
     if (chance(0.3)) timing.dropped_visualization = between(0, 0.5);
@@ -409,7 +413,7 @@ TEST_CASE("ten thousand random combinations keep the order of a schedule, and ea
   CHECK(paced > evenstep::testing::cases(4'500));
 }
 
-// Recorded trace hashes will rest on these instants. The constants may change only together with them.
+// Recorded trace hashes will depend on these instants. If these constants change, those hashes change.
 TEST_CASE("the models have the instants they always had") {
   ProgrammedTiming timing = jittered();
   timing.first_step = 0.4;

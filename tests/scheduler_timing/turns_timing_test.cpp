@@ -7,7 +7,7 @@ using namespace evenstep;
 
 namespace {
 
-/// V 10 ms, two steps of 4 ms.
+/// V = 10 ms and two steps of 4 ms.
 ProgrammedTiming plain() { return {.visualization = {10 * ms}, .steps = {2}, .step = Duration{4 * ms}}; }
 
 /// Begin and end of visualization ("V") and steps ("s") of each segment, in us: "0 V 0 10000 s 10000 14000 ... | ..."
@@ -114,7 +114,7 @@ TEST_CASE("paced: a segment waits for its tick, after a late one none waits unti
                     {.at = {60 * ms}, .visualization = Duration{10 * ms}}};
   const auto segments = play(timing, 40);
   CHECK(disorder(segments) == 0);
-  // Work 18, 38, 38 ms and then 18 again: 36 ms behind the grid at segment 3, 2 ms less with each.
+  // Segments take 18, 38, 38 ms and then 18 ms again. So segment 3 is 36 ms behind the grid, and each further one 2 ms less.
   for (const SegmentTiming& segment : segments) {
     const std::int64_t k = segment.index, behind = k < 2 ? 0 : k == 2 ? 18 : std::max<std::int64_t>(0, 36 - 2 * (k - 3));
     CHECK(segment.begin.ns == (20 * k + behind) * ms);

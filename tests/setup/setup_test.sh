@@ -2,8 +2,8 @@
 # setup_test.sh SOURCE_DIR CASE : runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
 #
 # Nothing is installed and nothing of the project is built. dpkg-query, apt-get, sudo, id and sleep are stand-ins that write
-# each call into $work/calls; the project is a CMake project whose program is a shell script that prints what it was given.
-# shellcheck disable=SC2016   # what is quoted here is expanded in the scripts it is written into
+# each call into $work/calls. The project is a CMake project whose program is a shell script that prints what it was given.
+# shellcheck disable=SC2016   # what is quoted here is expanded in the scripts into which it is written
 set -uo pipefail
 source_dir=$1
 work=$(realpath -- "$(mktemp -d "${TMPDIR:-/tmp}/evenstep setup XXXXXX")")
@@ -25,14 +25,14 @@ expect_calls() { [[ $(grep -v '^dpkg-query' calls) == "$1" ]] || fail "calls are
 
 # --- stand-ins for the system -----------------------------------------------------------------------------------------
 
-# stand_in NAME <SCRIPT : a program in $work/bin that first writes its name and arguments into $work/calls
+# stand_in NAME <SCRIPT : makes a program in $work/bin that first writes its name and arguments into $work/calls
 stand_in() {
   mkdir -p bin
   { printf '#!/bin/bash\nwork=%q\necho "${0##*/}${1:+ $*}" >>"$work/calls"\n' "$work"; cat; } >"bin/$1"
   chmod +x "bin/$1"
 }
 
-# system UID MISSING... : a Debian on which these packages are missing, seen by this user
+# system UID MISSING... : a Debian on which these packages are missing, as this user sees it
 system() {
   local tool
   stand_in id <<<"echo $1"

@@ -26,8 +26,8 @@ TEST_CASE("A held spring pair oscillates as the discrete solution of symplectic 
       const double expected_N = -pair.stiffness_N_per_m * jump_m * std::cos(theta * (n - 0.5)) / std::cos(theta / 2);
       worst_N = std::max(worst_N, std::abs(force_N - expected_N));
     }
-    // A rounding of 1e-16 of the spacing (100 jumps) in every step moves the phase, the more the smaller sin(theta) >= 0.1
-    // is: with random signs sqrt(5000) * 1e-14 / 0.1 = 7e-12 of the amplitude.
+    // Every step rounds by 1e-16 of the spacing (100 jumps). That moves the phase, and more so for a smaller sin(theta) >=
+    // 0.1. With random signs it makes sqrt(5000) * 1e-14 / 0.1 = 7e-12 of the amplitude.
     INFO("w h = " << wh);
     CHECK(worst_N < 1e-10 * pair.stiffness_N_per_m * jump_m / std::cos(theta / 2));
   }
@@ -57,14 +57,14 @@ TEST_CASE("Damping and substeps enter as documented: the pair follows its recurr
         worst = std::max(worst, std::abs(force_N - k * (u - tool)));
       }
       INFO("damping " << damping_per_s << ", substeps " << substeps);
-      // 3500 substeps, each rounding 1e-16 of the spacing: 1e-14 m at most, 4e-13 N.
+      // Each of 3500 substeps rounds by 1e-16 of the spacing. That makes at most 1e-14 m or 4e-13 N.
       CHECK(worst < 1e-12L);
     }
   }
 }
 
-// Every particle is held: the lower layer by tool 0, the upper by tool 1. Force on the upper for a displacement d:
-// n k (r - a) r/|r| over the n upright springs, plus the diagonals in each of the four directions.
+// Every particle is held: the lower layer by tool 0, the upper one by tool 1. At a displacement d the force on the upper
+// layer is n k (r - a) r/|r| from the n upright springs, plus that of the diagonals in each of the four directions.
 TEST_CASE("Two rigid layers pull at each other with the sum over their springs, in every direction", "[closed]") {
   for (const auto& [nx, ny] : {std::pair{2, 2}, {2, 5}, {4, 3}, {7, 7}}) {
     TissueScene layers;
@@ -92,7 +92,7 @@ TEST_CASE("Two rigid layers pull at each other with the sum over their springs, 
       add(nx * (ny - 1), 0, a);
       add(nx * (ny - 1), 0, -a);
       const ToolResponse response = step(*solver, 2, {glm::dvec3(0), d});
-      // 250 terms of at most k * 3 a, each right to a few 1e-16.
+      // 250 terms of at most k * 3 a, each of them right to a few 1e-16.
       REQUIRE(norm(response.force_N[1] - expected_N) < 1e-13 * k * a * nx * ny);
       REQUIRE(norm(response.force_N[0] + expected_N) < 1e-13 * k * a * nx * ny);
     }
@@ -101,7 +101,7 @@ TEST_CASE("Two rigid layers pull at each other with the sum over their springs, 
 
 namespace {
 
-/// Steps until the damped block rests.
+/// Makes steps until the damped block is at rest.
 ToolResponse settle(Solver& solver, int tools, const Positions& positions_m) {
   ToolResponse response;
   for (int n = 0; n < 6000; ++n) response = step(solver, tools, positions_m);
@@ -154,9 +154,9 @@ TEST_CASE("Mirrored grabs feel mirrored forces", "[closed]") {
     const glm::dvec3 m = wandering_tools(n)[0];
     const auto [left_N, right_N] = step(*solver, 2, {m, glm::dvec3(-m.x, m.y, m.z)}).force_N;
     largest_N = std::max(largest_N, norm(left_N));
-    // The sums run in another order on the other side. Their roundings of 1e-16 grow while the block is pulled to twice its
-    // length (1e-12 after 150 steps, chaos soon after); a lost spring or a wrong neighbour would show at once and as a
-    // whole.
+    // On the other side the sums run in another order. Their roundings of 1e-16 grow while the block is pulled to twice its
+    // length (to 1e-12 after 150 steps; soon after, they are chaotic). A lost spring or a wrong neighbour would show at once
+    // and in full.
     REQUIRE(norm(left_N - glm::dvec3(-right_N.x, right_N.y, right_N.z)) < 1e-10 * std::max(largest_N, 0.01));
   }
   CHECK(largest_N > 0.1);

@@ -49,7 +49,7 @@ TEST_CASE("Each command has four times in their order, and no command ends befor
       CHECK(solver->command_log()->size() == 0);
     }
     CHECK(counts.front() > 0);
-    if (method != Method::implicit_euler) CHECK(counts[1] == counts[2]);  // which iterates as often as it must
+    if (method != Method::implicit_euler) CHECK(counts[1] == counts[2]);  // that one iterates as often as needed
   }
 }
 

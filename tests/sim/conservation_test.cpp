@@ -1,4 +1,4 @@
-// What springs among themselves cannot change, seen on the particles of the reference.
+// What springs between particles cannot change, checked on the particles of the reference solver.
 #include <catch2/catch.hpp>
 
 #include "cpu/cell_loops.h"
@@ -9,7 +9,7 @@ using namespace evenstep::internal;
 
 namespace {
 
-/// A value in [-1, 1) from integers only.
+/// A pseudo-random value in [-1, 1), computed with integers only.
 double scattered(std::uint32_t n) {
   n = (n ^ 61u) ^ (n >> 16);
   n *= 9u;
@@ -73,7 +73,8 @@ TEST_CASE("A free block keeps its momentum and its angular momentum", "[conserva
   }
   const auto [linear_after, angular_after] = momenta();
   REQUIRE(v.x != speed_before);
-  // 2000 steps x 200 particles x 18 springs, roundings of 1e-17 m/s with random signs: 1e-14; ten times that.
+  // 2000 steps x 200 particles x 18 springs, with roundings of 1e-17 m/s and random signs, make 1e-14. Ten times that is
+  // allowed.
   CHECK(test::norm(linear_after - linear) < 1e-13);
   CHECK(test::norm(angular_after - angular) < 1e-13 * 7 * a * 10);
 }

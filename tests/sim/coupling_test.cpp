@@ -1,4 +1,4 @@
-// The stiffness of tools in three dimensions, and what couples two of them through the tissue.
+// The stiffness of tools in three dimensions, and how the tissue couples two of them.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ Scene coupled(const TissueScene& block, LocalModel model) {
   return scene;
 }
 
-/// [K C; C' K'] of the two tools where they are.
+/// [K C; C' K'] of the two tools at their present places.
 Six joint(const Solver& solver) {
   Six k{};
   for (std::size_t t = 0; t < 2; ++t) {
@@ -99,7 +99,7 @@ TEST_CASE("The settled coupling is how a force has changed once the particles re
         CHECK(-change / 2e-6 == Approx(k[row][column]).margin(1e-4 * size));
       }
     }
-    CHECK(std::abs(k[0][3]) > 0.02 * size);  // it is there at all: two spacings apart
+    CHECK(std::abs(k[0][3]) > 0.02 * size);  // the tools are really coupled: they are two spacings apart
   }
 }
 
@@ -141,7 +141,7 @@ TEST_CASE("Stiffness and coupling of two tools are one symmetric positive semide
         const Six k = joint(*solver);
         const double size = largest_of(k);
         REQUIRE(size > 10);
-        // Conjugate gradients end at 1e-9; between the two blocks K is symmetric by construction.
+        // Conjugate gradients stop at 1e-9. Between the two blocks, K is symmetric by construction.
         for (std::size_t r = 0; r < 6; ++r)
           for (std::size_t c = 0; c < r; ++c) REQUIRE(std::abs(k[r][c] - k[c][r]) <= 1e-7 * size);
         REQUIRE(least_pivot(k) >= -1e-7 * size);
@@ -173,7 +173,7 @@ TEST_CASE("A block that is turned onto its side has its stiffness and coupling t
       const Six k = joint(*started(coupled(block, model)));
       if (to == orders[0]) upright = k;
       const double largest = largest_of(upright);
-      REQUIRE(std::abs(upright[0][2]) > 1e-3 * largest);  // a corner: a push to the side meets a force upwards
+      REQUIRE(std::abs(upright[0][2]) > 1e-3 * largest);  // at a corner a push to the side meets a force upwards
       for (std::size_t r = 0; r < 6; ++r) {
         for (std::size_t c = 0; c < 6; ++c) {
           const auto tr = r / 3 * 3 + static_cast<std::size_t>(to[r % 3]),

@@ -1,4 +1,4 @@
-// Drag is a force of so many N s/m on every particle, whatever its mass.
+// Drag is a force with the same coefficient in N s/m on every particle, whatever its mass.
 #include <catch2/catch.hpp>
 
 #include "tissue_scenes.h"
@@ -8,8 +8,8 @@ using namespace evenstep::test;
 
 namespace {
 
-/// A block with drag in which every particle weighs `ratio` times 0.1 g: as the scene's own mass, or as that of a region
-/// around all of it. Both mean the same.
+/// A block with drag in which every particle weighs `ratio` times 0.1 g. The mass is given for the scene or for a region
+/// that contains the whole scene. Both mean the same.
 TissueScene block(double ratio, bool region, Method method) {
   TissueScene tissue = small_block();
   const double drag_N_s_per_m = 5e-3;
@@ -49,7 +49,7 @@ TEST_CASE("A region of another mass has the drag of a scene of that mass, with e
     for (const Method method : kAllMethods) {
       for (const double ratio : {0.5, 4.0}) {
         for (const bool variable_step : {false, true}) {
-          // Each is two OpenCL programs to build, and feature_equality_test holds OpenCL to the bits of cpu float.
+          // Each would build two OpenCL programs, and feature_equality_test holds OpenCL to the bits of cpu float.
           if (kind == SolverKind::opencl && (variable_step || ratio < 1)) continue;
           INFO(name_of(kind) << " " << name_of(method) << " " << ratio << (variable_step ? ", variable" : ""));
           std::vector<glm::dvec3> forces_N, expected_N;
@@ -57,7 +57,7 @@ TEST_CASE("A region of another mass has the drag of a scene of that mass, with e
             forces_N = forces_of(kind, block(ratio, true, method), variable_step);
             expected_N = forces_of(kind, block(ratio, false, method), variable_step);
           } catch (const SolverError& error) {
-            REQUIRE(error.fault() == SolverFault::unavailable);  // opencl has three of the methods
+            REQUIRE(error.fault() == SolverFault::unavailable);  // opencl has only three of the methods
             continue;
           }
           double worst_N = 0, largest_N = 0;
@@ -65,7 +65,8 @@ TEST_CASE("A region of another mass has the drag of a scene of that mass, with e
             worst_N = std::max(worst_N, norm(forces_N[n] - expected_N[n]));
             largest_N = std::max(largest_N, norm(expected_N[n]));
           }
-          // The same equations, rounded in other places; the drag of half the mass would differ by percents.
+          // The equations are the same but rounded in other places. Drag for half the mass would make a difference of
+          // percents.
           CHECK(worst_N < (kind == SolverKind::cpu_double ? 1e-9 : 2e-3) * largest_N);
         }
       }
@@ -91,7 +92,7 @@ TEST_CASE("The limit at rest knows a coupling: a particle on a coupling alone sw
   tissue.stiffness_N_per_m = 10;
   tissue.tools = {{glm::dvec3(0), 1e-3, CouplingKind::spring, 500, 0}};
   CHECK(step_limit(tissue).rest_state_lambda_per_s2 == Approx(500 / 1e-4).epsilon(1e-6));
-  // In a block: a coupling a hundred times as stiff as the springs is what limits the step, also at rest.
+  // In a block, a coupling a hundred times as stiff as the springs sets the step limit, also at rest.
   TissueScene block = small_block();
   const double without = step_limit(block).rest_state_lambda_per_s2;
   block.tools = {{glm::dvec3(1, 3, 7) * 5e-3, 1e-3, CouplingKind::spring, 2000, 0}};

@@ -12,7 +12,7 @@ TEST_CASE("energy_growth of a spring pair is half of w h, its closed form", "[en
   const double w_per_s = std::sqrt(pair.stiffness_N_per_m / pair.particle_mass_kg), jump_m = 1e-3;
   for (const double wh : {0.02, 0.1, 0.3, 0.6, 1.0, 1.5}) {
     Scene scene = scene_of(pair, wh / w_per_s, true);
-    scene.allow_unstable = true;  // stable all the same: one of the two particles is held
+    scene.allow_unstable = true;  // it is stable nevertheless, because one of the two particles is held
     const auto solver = make_solver(SolverKind::cpu_double, scene);
     step(*solver, 1, {});
     CHECK(solver->verdict().energy_J == 0);
@@ -23,7 +23,7 @@ TEST_CASE("energy_growth of a spring pair is half of w h, its closed form", "[en
       if (n == 0) CHECK(solver->verdict().energy_J == Approx(pair.stiffness_N_per_m * jump_m * jump_m / 2).epsilon(1e-12));
     }
     INFO("w h = " << wh);
-    // 5000 phases sample the maximum of the swing to (1e-3)^2.
+    // 5000 phases catch the maximum of the swing to within (1e-3)^2.
     CHECK(solver->verdict().energy_growth == Approx(wh / 2).epsilon(1e-3));
     CHECK(largest_J == Approx(pair.stiffness_N_per_m * jump_m * jump_m / 2 / (1 - wh / 2)).epsilon(1e-3));
   }
@@ -36,7 +36,7 @@ TEST_CASE("Below the limit the energy of a tugged block is the tools' work for 1
     const auto solver = make_solver(SolverKind::cpu_double, scene_of(block, part_of_limit * step_limit(block).step_s, true));
     for (int n = 0; n < 10'000; ++n) step(*solver, 2, wandering_tools(std::min(n, 200)));
     INFO("step at " << part_of_limit << " of the limit");
-    // The closed form above, for the fastest mode at rest: w h / 2 = part * sqrt(12 / 24).
+    // The closed form above gives w h / 2 = part * sqrt(12 / 24) for the fastest mode at rest.
     CHECK(solver->verdict().energy_growth < part_of_limit * 0.71);
     CHECK(solver->verdict().energy_J > 0);
   }

@@ -1,4 +1,4 @@
-// Run by ctest with an environment that lacks something.
+// ctest runs these tests with an environment that lacks something.
 #include <catch2/catch.hpp>
 
 #include "tissue_scenes.h"

@@ -1,4 +1,4 @@
-// cpu float and OpenCL agree bit for bit. Run again on every PoCL driver and number of threads (CMakeLists.txt).
+// cpu float and OpenCL agree bit for bit. The tests run again on every PoCL driver and number of threads (CMakeLists.txt).
 #include <catch2/catch.hpp>
 
 #include "tissue_scenes.h"

@@ -1,4 +1,4 @@
-// Whatever a scene has: cpu float and OpenCL agree bit for bit, and so does a solver with everything compiled in.
+// Whatever a scene has, cpu float and OpenCL agree bit for bit, and so does a solver with everything compiled in.
 #include <catch2/catch.hpp>
 
 #include "cpu/cpu_solvers.h"
@@ -31,7 +31,7 @@ Scene featured(const Has& has) { return scene_of(featured_block(has), 1e-3, true
 
 Has everything(Method method, CouplingKind tool) { return {true, true, true, true, tool, method}; }
 
-/// Without digest and energy, which cost as much to compile as the rest: the particles themselves are compared.
+/// Compares the particles themselves, because digest and energy take as long to compile as all the rest.
 void require_equal_combinations(Method method, CouplingKind tool) {
   for (const Has& has : every_combination({method})) {
     if (has.tool != tool || !is_tried(has)) continue;
@@ -49,7 +49,7 @@ void require_equal_combinations(Method method, CouplingKind tool) {
   }
 }
 
-/// Also while the steps change their length, and beyond the limit.
+/// Compares also while the steps change their length, and with steps beyond the limit.
 void require_equal_with_everything(Method method, CouplingKind tool, int work_group_size) {
   INFO(text_of(everything(method, tool)) << ", work-group size " << work_group_size);
   Scene scene = featured(everything(method, tool));
@@ -64,7 +64,7 @@ void require_equal_with_everything(Method method, CouplingKind tool, int work_gr
     REQUIRE(cpu->state_digest() == opencl->state_digest());
     REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
   }
-  REQUIRE(cpu->verdict().non_finite == (method != Method::implicit_euler));  // which no step is too long for
+  REQUIRE(cpu->verdict().non_finite == (method != Method::implicit_euler));  // for that one no step is too long
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ TEST_CASE("A coupling beside a grab is equal on cpu float and OpenCL, whichever 
 }
 
 TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
-          "[features][equality][sweep]") {  // on every driver of PoCL
+          "[features][equality][sweep]") {  // runs on every driver of PoCL
   require_equal_with_everything(Method::symplectic_euler, CouplingKind::spring, 1);
   for (const Method method : {Method::symplectic_euler, Method::velocity_verlet, Method::implicit_euler})
     require_equal_with_everything(method, CouplingKind::spring, 64);  // that scene has a probe, too

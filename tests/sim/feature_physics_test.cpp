@@ -1,4 +1,4 @@
-// What a scene can have beside springs, against closed forms.
+// What a scene can have besides springs, compared with closed forms.
 #include <catch2/catch.hpp>
 
 #include <glm/vector_relational.hpp>
@@ -10,7 +10,7 @@ using namespace evenstep::test;
 
 namespace {
 
-/// n particles along x, nothing fixed, nobody holds them.
+/// n particles along x. None is fixed and none is held.
 TissueScene free_chain(int n) {
   TissueScene chain;
   chain.lattice = {n, 1, 1};
@@ -56,14 +56,14 @@ TEST_CASE("A free block falls by g h^2 n (n + 1) / 2, by n^2 in velocity Verlet,
       for (int n = 0; n < kSteps; ++n) step(*solver, 0, {});
       const double h = period_s(scene.step_rate) / 2, n = 2 * kSteps;
       const double turns = method == Method::velocity_verlet ? n * n : n * (n + 1);
-      // 200 sums in which the step's g keeps its rounding: 6e-8 in float at most from each side, 200 of 1e-16 in double.
+      // In 200 sums the g of the step keeps its rounding: at most 6e-8 on each side in float, 200 times 1e-16 in double.
       const double close = kind == SolverKind::cpu_double ? 1e-13 : 1e-5;
       for (const glm::dvec3& u : solver->particle_state().displacement_m) {
         REQUIRE(u.x == 0);
         REQUIRE(u.y == Approx(1.5 * h * h * turns / 2).epsilon(close));
         REQUIRE(u.z == Approx(-9.81 * h * h * turns / 2).epsilon(close));
       }
-      CHECK(solver->verdict().energy_growth < 1e-4);  // and not the energy of motion, which grows all the time
+      CHECK(solver->verdict().energy_growth < 1e-4);  // the energy of motion does not count: it grows all the time
     }
   }
 }
@@ -107,7 +107,7 @@ TEST_CASE("A pair's distance follows the discrete damped oscillator of its stiff
         for (int n = 0; n < 2000; ++n) {
           step(*solver, 0, {});
           const double next = apart_m(*solver);
-          // A rounding of 1e-16 of the spacing in every force: 1e-16 * 0.01 m * w^2 h^2.
+          // Every force is rounded by 1e-16 of the spacing: 1e-16 * 0.01 m * w^2 h^2.
           REQUIRE(std::abs(next - (2 - damping * h - w2 * h * h) * now + (1 - damping * h) * before) < 1e-17);
           before = now, now = next;
           largest = std::max(largest, std::abs(now));
@@ -157,7 +157,8 @@ TEST_CASE("Axial dampers and regions keep momentum and angular momentum, and tak
     energy_J = solver->verdict().energy_J;
   }
   const auto [linear_after, angular_after] = momenta();
-  // 2000 substeps x 113 particles, roundings of 1e-17 m/s * 1e-4 kg with random signs, 5e-19; and what turns, on 25 mm.
+  // 2000 substeps x 113 particles, with roundings of 1e-17 m/s * 1e-4 kg and random signs, make 5e-19. The angular momentum
+  // has a lever of 25 mm in addition.
   CHECK(norm(linear_after - linear) < 1e-17);
   CHECK(norm(angular_after - angular) < 1e-18);
   CHECK(norm(linear) > 1e-6);

@@ -61,9 +61,10 @@ inline std::vector<Has> every_combination(std::initializer_list<Method> methods 
   return all;
 }
 
-/// Not all combinations are tried, because each is an OpenCL program to build. In six of the sixteen all pairs of features
-/// occur in each of their four states: none, all, and all but one. Those with all are a test of their own. The other five
-/// are shared out so that every method meets each of them with one of the tools, and every tool with one of the methods.
+/// Each combination is an OpenCL program to build, so not all are tried. In six of the sixteen (none, all, and all but one)
+/// every pair of features occurs in each of its four states. The combination with all features has its own test. The other
+/// five are shared out so that every method meets each of them with one of the tools, and every tool with one of the
+/// methods.
 inline bool is_tried(const Has& has) {
   const std::array features{has.regions, has.damping, has.axial_damping, has.gravity};
   const auto count = std::count(features.begin(), features.end(), true);

@@ -1,5 +1,5 @@
-// The bounds of stability.h on scenes of several materials, couplings and dampers, against eigenvalues found by power
-// iteration on the graph itself.
+// The bounds of stability.h on scenes with several materials, couplings and dampers, compared with eigenvalues that power
+// iteration finds on the graph itself.
 #include <catch2/catch.hpp>
 
 #include "evenstep/sim/stability.h"
@@ -10,7 +10,7 @@ using namespace evenstep::test;
 
 namespace {
 
-/// A fixed sequence without libm: 0 <= value < 1.
+/// A fixed sequence of values in [0, 1), computed without libm.
 struct Sequence {
   std::uint64_t state = 1;
   double next() {
@@ -75,7 +75,7 @@ Graph graph_of(const TissueScene& scene) {
       const double distance2 = d.x * d.x + d.y * d.y + d.z * d.z;
       if (distance2 == 1 || distance2 == 2) graph.edges.push_back({i, j, (stiffness[i] + stiffness[j]) / 2});
     }
-    for (const ToolCoupling& tool : scene.tools)  // it can touch any
+    for (const ToolCoupling& tool : scene.tools)  // a probe can touch any particle
       if (tool.kind == CouplingKind::probe) graph.extra_N_per_m[i] += tool.stiffness_N_per_m;
     if (holder[i] < 0) continue;
     const auto held = static_cast<std::size_t>(holder[i]);
@@ -85,7 +85,8 @@ Graph graph_of(const TissueScene& scene) {
   return graph;
 }
 
-/// Largest eigenvalue of M^-1/2 A M^-1/2 over what moves, A the graph with these weights, from below.
+/// The largest eigenvalue of M^-1/2 A M^-1/2 over the particles that move, found from below. A is the graph with its
+/// weights.
 double largest(const Graph& graph, bool dampers, double axial_N_s_per_m, int rounds) {
   const std::size_t n = graph.mass_kg.size();
   std::vector<double> x(n), y(n);
@@ -189,9 +190,9 @@ TEST_CASE("A stiff region sets the limit, its particle is named, and the limit f
     const StepLimit limit = step_limit(block);
     const double k_per_m = block.stiffness_N_per_m / block.particle_mass_kg;
     CHECK(limit.lambda_per_s2 <= 24 * k_per_m * ratio * (1 + 1e-12));
-    CHECK(limit.lambda_per_s2 > 20 * k_per_m * ratio);  // a full cube of it lies inside
+    CHECK(limit.lambda_per_s2 > 20 * k_per_m * ratio);  // the region contains a full cube
     CHECK(limit.rest_state_lambda_per_s2 > 8 * k_per_m * ratio);
-    if (ratio > 1) CHECK(limit.particle == 4 + 8 * (4 + 7 * 4));  // its centre: all 18 springs are stiff
+    if (ratio > 1) CHECK(limit.particle == 4 + 8 * (4 + 7 * 4));  // the centre of the region, where all 18 springs are stiff
   }
 }
 

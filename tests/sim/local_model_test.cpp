@@ -1,4 +1,4 @@
-// Solver::contacts, against differences of forces.
+// Solver::contacts, compared with differences of forces.
 #include <catch2/catch.hpp>
 
 #include "feature_scenes.h"
@@ -98,7 +98,7 @@ TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (
   };
   const glm::dmat3 on_spring = settled();
   CHECK(on_spring[2][2] == Approx(40.0 * 25 / (40 + 25)));
-  CHECK(std::abs(on_spring[0][0]) < 1e-12);  // a spring on a line gives way to the side
+  CHECK(std::abs(on_spring[0][0]) < 1e-12);  // a spring on a line has no stiffness to the side
   tissue.fixed = FixedFaces::none();
   CHECK(largest(settled()) < 1e-9);
 }
@@ -106,7 +106,7 @@ TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (
 TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local][equality][sweep]") {
   for (const LocalModel model : {LocalModel::instantaneous, LocalModel::settled}) {
     for (const CouplingKind kind : kKinds) {
-      if (model == LocalModel::settled && kind == CouplingKind::spring) continue;  // a number from the host
+      if (model == LocalModel::settled && kind == CouplingKind::spring) continue;  // the host computes that number
       const Scene scene = modelled(featured_block({true, true, true, true, kind}), model, 1e-3);
       const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
       int apart = 0;
@@ -226,7 +226,7 @@ TEST_CASE("A probe foresees its touch: the law it reports from outside is the fo
         const glm::dvec3 foreseen_N = far.stiffness_N_per_m * (n * (gap_m + depth_m) - far.normal * far.gap_m);
         const glm::dvec3 force_N = step(*solver, 1, {n * -(gap_m + depth_m)}).force_N[0];
         CHECK(norm(force_N - n * (50 * depth_m)) < 1e-5);
-        CHECK(norm(foreseen_N - force_N) < 2e-5);  // 50 N/m times the rounding of a float at 0.2 m
+        CHECK(norm(foreseen_N - force_N) < 2e-5);  // 50 N/m times a float's rounding at 0.2 m
       }
     }
   }
@@ -240,7 +240,7 @@ TEST_CASE("A probe that will touch four particles at once foresees all four, of 
   plate.particle_mass_kg = 1e6;
   plate.substeps = 1;
   const double a = plate.spacing_m, radius_m = 8e-3;
-  // Over the middle of the four; over one of them, the others 3.7 mm further away.
+  // The probe is over the middle of the four particles, then over one of them, with the others 3.7 mm further away.
   for (const auto& [x, y, touched] : {std::tuple{a / 2, a / 2, 4}, std::tuple{0.0, 0.0, 1}}) {
     plate.tools = {{{x, y, a + 10e-3}, radius_m, CouplingKind::probe, 35}};
     const auto solver = make_solver(SolverKind::cpu_double, modelled(plate, LocalModel::instantaneous, 1e-3));
@@ -250,7 +250,7 @@ TEST_CASE("A probe that will touch four particles at once foresees all four, of 
     CHECK(norm(far.normal - glm::dvec3(0, 0, 1)) < 1e-12);
     const double reach_m = radius_m + far.gap_m, height_m = 10e-3;
     CHECK(reach_m == Approx(touched == 4 ? std::sqrt(height_m * height_m + a * a / 2) : height_m));
-    // A tenth of a spacing on, as the solver promises; each particle has the same share along z.
+    // A tenth of a spacing further on, as the solver promises. Each particle has the same share along z.
     const double further_m = reach_m + a / 10, along = height_m * height_m / (reach_m * reach_m);
     const double expected = 35 * touched * (along + (1 - further_m / reach_m) * (1 - along));
     CHECK(far.stiffness_N_per_m[2][2] == Approx(expected));
@@ -280,7 +280,7 @@ TEST_CASE("A settled probe promises nothing to the side of a chain that gives wa
   chain.tools = {{glm::dvec3(0, 0, 20e-3 + 4.5e-3), 4e-3, CouplingKind::probe, 25}};
   const auto solver = make_solver(SolverKind::cpu_double, modelled(chain, LocalModel::settled, 1e-3));
   for (int n = 0; n <= 10; ++n) {
-    step(*solver, 1, {glm::dvec3(0, 0, -n * 5e-5)});  // down to where the sphere meets the particle, which stays at rest
+    step(*solver, 1, {glm::dvec3(0, 0, -n * 5e-5)});  // down until the sphere meets the particle, which stays at rest
     const ToolContact& contact = solver->contacts()[0];
     INFO("gap " << contact.gap_m);
     CHECK(std::abs(contact.stiffness_N_per_m[0][0]) < 1e-9);
@@ -314,8 +314,8 @@ TEST_CASE("A probe that touches one particle lightly is in series with the tissu
     const auto solver =
         make_solver(SolverKind::cpu_double, modelled(probed_block(4e-3, stiffness_N_per_m), LocalModel::settled, 1e-3));
     step(*solver, 1, {});
-    // The force is K q + O(q^2) and the model K + O(q), the sphere's slope at a particle that gives way to the side. Of two
-    // depths that goes, and (q / spacing)^2 = 4e-8 is left.
+    // The force is K q + O(q^2) and the model is K + O(q): the particle gives way to the side on the slope of the sphere.
+    // Two depths together remove that term, and (q / spacing)^2 = 4e-8 is left.
     const double q_m = 1e-6;
     const double once_N = settled_force(*solver, {0, 0, -q_m}).z;
     const ToolContact contact = solver->contacts()[0];
@@ -354,7 +354,7 @@ TEST_CASE("A probe that reaches particles that are fixed takes the stiffness of 
   pair.lattice = {1, 1, 2};
   pair.particle_count = 2;
   pair.stiffness_N_per_m = 40;
-  // From the side, between the fixed particle and the one on its spring, which gives way sideways.
+  // The probe comes from the side, between the fixed particle and the one on its spring, which gives way to the side.
   pair.tools = {{glm::dvec3(3e-3, 0, 2.5e-3), 4e-3, CouplingKind::probe, 25}};
   const auto solver = make_solver(SolverKind::cpu_double, modelled(pair, LocalModel::settled, 1e-3));
   step(*solver, 1, {});
@@ -376,7 +376,8 @@ TEST_CASE("A particle at the very surface of a probe is never counted as stiffer
       chain.tools = {{glm::dvec3(0.011, -0.007, 20e-3 + radius_m), radius_m, CouplingKind::probe, 25}};
       const auto solver = make_solver(kind, modelled(chain, LocalModel::settled, 1e-3));
       step(*solver, 1, {});
-      // To the place over the chain's end, through its surface in steps of a tenth of a float's rounding.
+      // The probe goes to the place over the end of the chain, then through its surface in steps of a tenth of a float's
+      // rounding.
       int touched = 0;
       for (int n = -200; n <= 200; ++n) {
         step(*solver, 1, {glm::dvec3(-0.011, 0.007, n * 2e-10)});
@@ -405,7 +406,7 @@ TEST_CASE(
     const double e_m = 1e-7, above_N = settled_force(*settled, {0, 0, -depth_m + e_m}).z,
                  below_N = settled_force(*settled, {0, 0, -depth_m - e_m}).z;
     const double exact_N_per_m = (below_N - above_N) / (2 * e_m);
-    CHECK(instantaneous_N_per_m > 3 * 35);  // at least four of them
+    CHECK(instantaneous_N_per_m > 3 * 35);  // it touches at least four particles
     CHECK(exact_N_per_m > 10);
     CHECK(model_N_per_m > 1.02 * exact_N_per_m);
     CHECK(model_N_per_m < 0.98 * instantaneous_N_per_m);

@@ -1,4 +1,4 @@
-// The methods beyond symplectic Euler against what they must compute, in closed form.
+// The methods other than symplectic Euler, compared with what they must compute in closed form.
 #include <catch2/catch.hpp>
 #include <functional>
 #include <numbers>
@@ -13,7 +13,7 @@ namespace {
 const std::array kMethods{Method::rk4, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent};
 
 using Real = long double;
-/// Of the linear system y' = A y with y = (u, v).
+/// A matrix for the linear system y' = A y with y = (u, v).
 struct Matrix {
   Real a, b, c, d;
   friend Matrix operator*(const Matrix& m, const Matrix& n) {
@@ -27,7 +27,7 @@ struct Matrix {
   }
 };
 
-/// What the method makes of one step of length 1: y -> R(A) y.
+/// The matrix R(A) by which the method advances y in one step of length 1.
 Matrix amplification(Method method, const Matrix& a) {
   const Matrix one{1, 0, 0, 1};
   switch (method) {
@@ -51,7 +51,7 @@ TissueScene chain() {
 }
 constexpr int kFree = 64;
 
-/// Modes 1 to 3 at time t, released at rest: w_p = 2 sqrt(k / m) sin(p pi / (2 (n + 1))).
+/// The sum of modes 1 to 3 at time t, released at rest, with w_p = 2 sqrt(k / m) sin(p pi / (2 (n + 1))).
 std::vector<glm::dvec3> modes(const TissueScene& scene, double t_s) {
   std::vector<glm::dvec3> u(66, glm::dvec3(0));
   for (int p = 1; p <= 3; ++p) {
@@ -63,7 +63,7 @@ std::vector<glm::dvec3> modes(const TissueScene& scene, double t_s) {
   return u;
 }
 
-/// Largest distance from the closed form after 0.25 s, over the amplitude.
+/// The largest distance from the closed form after 0.25 s, divided by the amplitude.
 double chain_error(Method method, double step_s, int iterations) {
   TissueScene scene = chain();
   scene.method = method;
@@ -106,7 +106,7 @@ TEST_CASE("A free particle on a spring follows each method's amplification matri
         }
         const ParticleState state = solver->particle_state();
         INFO("method " << static_cast<int>(method) << ", w h = " << wh << ", damping h = " << damping_h);
-        // 200 steps, each rounding the spring's vector to 1e-16 of the spacing (1e-15 of the amplitude).
+        // Each of 200 steps rounds the vector of the spring to 1e-16 of the spacing (1e-15 of the amplitude).
         CHECK(std::abs(state.displacement_m[1].x - u) < 1e-12L * largest_u);
         CHECK(std::abs(state.velocity_m_per_s[1].x - v) < 1e-12L * std::max(largest_v, largest_u * 1000));
         CHECK(state.displacement_m[1].y == 0);
@@ -200,7 +200,7 @@ TEST_CASE("A particle on a tool's spring and damper follows each method's recurr
         worst_N = std::max(worst_N, std::abs(force_N + kc * (tool - u) + b * (w - v)));
       }
       INFO("method " << static_cast<int>(method) << ", substeps " << substeps);
-      CHECK(worst_N < 1e-12L);  // forces up to 0.1 N in double: 900 substeps of 1e-17 N each
+      CHECK(worst_N < 1e-12L);  // 900 substeps round forces of up to 0.1 N by 1e-17 N each
     }
   }
 }
@@ -234,7 +234,7 @@ TEST_CASE("A particle on a fixed one's spring and axial damper follows each impl
         worst_m = std::max(worst_m, std::abs(solver->particle_state().displacement_m[1].x - u));
       }
       INFO("method " << static_cast<int>(method) << ", h " << h);
-      CHECK(worst_m < 1e-14L);  // 100 steps, each rounding the spring's vector to 1e-18 m; motions of 1 mm
+      CHECK(worst_m < 1e-14L);  // 100 steps round the vector of the spring to 1e-18 m each
     }
   }
 }
@@ -246,7 +246,8 @@ TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 
     double order, tolerance, step_s;
     int iterations;
   };
-  // Steps where the leading term rules and rounding does not: the damping w^2 h T / 2 of implicit Euler is 0.03 at most.
+  // With these steps the leading term dominates and rounding does not. The damping w^2 h T / 2 of implicit Euler is at most
+  // 0.03.
   for (const auto& [method, order, tolerance, step_s, iterations] :
        {Case{Method::rk4, 4, 0.1, 1e-3, 0}, Case{Method::implicit_midpoint, 2, 0.05, 1e-3, 80},
         Case{Method::implicit_euler, 1, 0.05, 31.25e-6, 8}, Case{Method::vertex_block_descent, 1, 0.05, 31.25e-6, 6}}) {
@@ -266,7 +267,7 @@ TEST_CASE("Implicit Euler leaves 1 / (1 + w^2 h^2) of a mode's energy per step, 
     TissueScene pair = spring_pair();
     pair.stiffness_N_per_m = wh * wh / 1e-6 * pair.particle_mass_kg;
     pair.initial_displacement_m = {glm::dvec3(0), glm::dvec3(1e-3, 0, 0)};
-    pair.iterations = 4;  // of one unknown the first is exact
+    pair.iterations = 4;  // with one unknown the first iteration is exact
     const double start_J = pair.stiffness_N_per_m * 1e-6 / 2;
     INFO("w h = " << wh);
     pair.method = Method::implicit_euler;
@@ -275,7 +276,7 @@ TEST_CASE("Implicit Euler leaves 1 / (1 + w^2 h^2) of a mode's energy per step, 
     for (int n = 0; n < 3; ++n) {
       step(*euler, 1, {});
       expected_J /= 1 + wh * wh;
-      // The spring's stretch is known to 1e-18 m of the spacing: of the energy, to k (1e-18)^2 and 1e-15 of the amplitude.
+      // The stretch of the spring is known to 1e-18 m, so the energy is known to k (1e-18)^2 and 1e-15 of the amplitude.
       CHECK(euler->verdict().energy_J == Approx(expected_J).epsilon(1e-10).margin(start_J * 1e-14));
     }
     pair.method = Method::implicit_midpoint;

@@ -41,8 +41,8 @@ double difference(const std::vector<ToolResponse>& a, const std::vector<ToolResp
 
 }  // namespace
 
-// RK4 and velocity Verlet only ask for accelerations, each in its own way; implicit methods take every force apart into what
-// it is and how it changes. They agree only if each of them honours every feature.
+// RK4 and velocity Verlet only ask for accelerations, each in its own way. Implicit methods need every force and also how it
+// changes. All of them agree only if each honours every feature.
 TEST_CASE(
     "In every combination of features with a grab, and in mixtures with the other tools, all methods come to the same "
     "forces",

@@ -22,13 +22,14 @@ std::pair<double, double> largest(Solver& solver) {
 
 }  // namespace
 
-// 2 cm in 0.2 s, in steps of 1 ms: h sqrt(k / m) from 1e-2 to 1e3, and with the lightest particles to 1e4.
+// The tool moves by 2 cm in 0.2 s, in steps of 1 ms. h sqrt(k / m) goes from 1e-2 to 1e3, with the lightest particles to
+// 1e4.
 TEST_CASE("Lifting held particles stays finite and bounded in implicit methods for ten decades of stiffness",
           "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const int iterations : {0, 1}) {
       for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
-        if (iterations == 0 && kind == SolverKind::cpu_double) continue;  // float is the harder
+        if (iterations == 0 && kind == SolverKind::cpu_double) continue;  // float is the harder case
         for (double stiffness = 1e-2; stiffness < 2e8; stiffness *= 10) {
           TissueScene block = small_block();
           block.method = method;
@@ -44,7 +45,7 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
           INFO("method " << static_cast<int>(method) << ", k = " << stiffness << ", " << iterations << " iterations: " << u_m
                          << " m, " << v_m_per_s << " m/s, growth " << solver->verdict().energy_growth);
           REQUIRE_FALSE(solver->verdict().non_finite);
-          CHECK(u_m < 0.06);                                                     // three times what the tool moved by
+          CHECK(u_m < 0.06);                                                     // three times the motion of the tool
           if (method == Method::implicit_midpoint && iterations == 1) continue;  // not promised (cpu/methods/implicit.cpp)
           CHECK(solver->verdict().energy_growth < 0.01);
         }
@@ -53,14 +54,14 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
   }
 }
 
-// numerics.md S17 of springs: they cannot tell inside from outside, so what is asked for is bounded energy and no NaN.
+// docs/numerics.md, S17: springs cannot tell inside from outside. So the test asks only for bounded energy and no NaN.
 TEST_CASE(
     "Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler",
     "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
       for (const double stiffness : {20.0, 2e5}) {
-        for (const double shape : {-2.0, -1.0, 0.01, 1.0, 100.0}) {  // a point, a plane, or random by so many spacings
+        for (const double shape : {-2.0, -1.0, 0.01, 1.0, 100.0}) {  // a point, a plane, or random by this many spacings
           TissueScene block = small_block();
           block.method = method;
           block.stiffness_N_per_m = stiffness;
@@ -103,7 +104,7 @@ TEST_CASE("A rest that is exact stays exact: implicit methods do not divide noth
         const auto solver = make_solver(kind, scene_of(block, 1e-3, true));
         for (int n = 0; n < 3; ++n) step(*solver, 0, {});
         CHECK_FALSE(solver->verdict().non_finite);
-        CHECK(largest(*solver).first < 1e-16);  // a few roundings of the spacing, which springs turn into speed
+        CHECK(largest(*solver).first < 1e-16);  // a few roundings of the spacing; springs turn them into speed
       }
     }
   }
@@ -143,7 +144,7 @@ TEST_CASE("RK4 is stable up to its limit and grows 1 % above it on an undamped o
   CHECK(amplitude(1.01 * limit_s) > 1e-3);  // |R| = 1 + 0.08
 }
 
-// R(z) of the companion matrix, z the two roots of z^2 + h g z + h^2 w^2 = 0.
+// The growth is |R(z)| for the two roots z of z^2 + h g z + h^2 w^2 = 0, the eigenvalues of the companion matrix.
 TEST_CASE("The limit of RK4 is safe for every damping, and not far too safe", "[methods][stability]") {
   const double lambda = 4e4;
   double tightest = 0;

@@ -1,5 +1,5 @@
-// What the iterations of the implicit methods converge to, found here by elimination, and how they behave when they have
-// not.
+// What the iterations of the implicit methods converge to, found here by elimination, and how they behave before they have
+// converged.
 #include <catch2/catch.hpp>
 
 #include "src/colours.h"
@@ -31,7 +31,7 @@ TissueScene shaken_block() {
   return block;
 }
 
-/// The free particles' unknowns are 3 * index + axis.
+/// The unknowns of the free particles have the numbers 3 * index + axis.
 struct System {
   explicit System(const TissueScene& of) : scene(of) {
     for (int site = 9; site < 27; ++site)
@@ -94,7 +94,7 @@ std::vector<double> solve(std::vector<double> a, std::vector<double> b) {
   return b;
 }
 
-/// Velocities of the free particles after Newton steps on M (x - v0) = q (F(u0 + q x) - d M x), from x = 0.
+/// The velocities of the free particles after Newton steps on M (x - v0) = q (F(u0 + q x) - d M x), starting at x = 0.
 std::vector<double> newton(const TissueScene& scene, const glm::dvec3& tool_m, double h_s, double q_s, int steps) {
   const System system(scene);
   const double m = scene.particle_mass_kg, d = scene.damping_per_s;
@@ -121,7 +121,7 @@ std::vector<double> newton(const TissueScene& scene, const glm::dvec3& tool_m, d
 constexpr double kStep_s = 2e-3;
 const glm::dvec3 kTool_m(1e-3, -5e-4, 8e-4);
 
-/// The tool's way begins at its first sample, so the step to look at is the second: `scene` gets the state before it.
+/// The tool's way begins at its first sample, so the second step is the one to look at. `scene` gets the state before it.
 std::vector<double> velocities_after_a_step(TissueScene& scene, int iterations) {
   TissueScene run = shaken_block();
   run.method = scene.method;
@@ -158,7 +158,7 @@ TEST_CASE("Conjugate gradients of implicit Euler converge to the linearised step
     CHECK(error < 0.5 * before);
     before = error;
   }
-  for (const int iterations : {60, 500}) {  // and stay there when nothing is left to do
+  for (const int iterations : {60, 500}) {  // further iterations change nothing
     const std::vector<double> got = velocities_after_a_step(block, iterations);
     CHECK(distance(got, newton(block, kTool_m, kStep_s, kStep_s, 1)) < 1e-12);  // of 1 m/s
   }
@@ -190,7 +190,7 @@ TEST_CASE("Vertex block descent converges to the nonlinear step of implicit Eule
     CHECK(error < 0.7 * before);
     before = error;
   }
-  CHECK(before < 1e-14);  // positions to 1e-18 m over 2 ms
+  CHECK(before < 1e-14);  // positions are known to 1e-18 m, and the step is 2 ms
 }
 
 TEST_CASE("No two neighbours of the lattice have the same colour, and all four are used evenly", "[methods]") {

@@ -153,7 +153,7 @@ TEST_CASE("Particles that start on one point, and a hand that jumps at 10 m/s, g
   for (const SolverKind kind : kEverySolver) {
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring}) {
       TissueScene block = small_block();
-      block.spacing_m = 0x1p-8;  // sums of it are exact: the two are on one point, not near it
+      block.spacing_m = 0x1p-8;  // its sums are exact, so the two are at the same point, not near it
       block.damping_per_s = 20;
       block.axial_damping_N_s_per_m = 1e-3;
       block.tools = {{glm::dvec3(1, 3, 7) * block.spacing_m, 1.2 * block.spacing_m, tool}};

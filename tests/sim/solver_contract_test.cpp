@@ -65,7 +65,7 @@ TEST_CASE("Only displacements matter: where a tool starts does not", "[contract]
   for (const SolverKind kind : kEverySolver) {
     const auto here = make_solver(kind, small_scene()), there = make_solver(kind, small_scene());
     for (int n = 0; n < 60; ++n) {
-      // Multiples of 2^-20 m: the shifted positions, and so the displacements, are exact.
+      // These are multiples of 2^-20 m, so the shifted positions are exact, and the displacements too.
       Positions moved{glm::dvec3(n, -n, 2 * n) * 0x1p-13, glm::dvec3(0, n, -n) * 0x1p-13}, shifted = moved;
       for (glm::dvec3& position_m : shifted) position_m += glm::dvec3(4, -512, 0.5);
       REQUIRE(same_bits(step(*here, 2, moved), step(*there, 2, shifted)));
@@ -116,8 +116,8 @@ TEST_CASE("Float follows double to rounding", "[contract]") {
       worst_N = std::max(worst_N, norm(a.force_N[tool] - b.force_N[tool]));
     }
   }
-  // 1 - L / len rounds to 6e-8 of a spring's k L = 0.1 N: 6e-9 N per spring, a few hundred springs, 800 substeps of random
-  // walk: some 1e-6 N. Forces are of the order of 1 N.
+  // 1 - L / len rounds by 6e-8 of a spring's k L = 0.1 N, which is 6e-9 N per spring. With a few hundred springs and a
+  // random walk over 800 substeps this makes some 1e-6 N. Forces are of the order of 1 N.
   CHECK(largest_N > 0.1);
   CHECK(worst_N < 1e-5 * largest_N);
   CHECK(worst_N > 0);
@@ -195,15 +195,15 @@ TEST_CASE("A feature that is left out can be compiled in alone, and changes no b
       CHECK(with->contacts().empty() == (feature != "local model"));
     }
     CHECK(neutral == left_out(scene));
-    CHECK_FALSE(make_solver_with("grab", kind, scene));  // it has one
+    CHECK_FALSE(make_solver_with("grab", kind, scene));  // the scene has one already
     CHECK_FALSE(make_solver_with("second tool", kind, scene));
-    CHECK_FALSE(make_solver_with("state digest", kind, Scene{}));  // a spring
+    CHECK_FALSE(make_solver_with("state digest", kind, Scene{}));  // a spring has none
   }
 }
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {
   TissueScene unlike_others = small_block();
-  unlike_others.stiffness_N_per_m = 21;  // in a fresh build folder nothing in PoCL's cache: all four compile
+  unlike_others.stiffness_N_per_m = 21;  // not in PoCL's cache in a new build folder, so all four compile
   const Scene scene = scene_of(unlike_others, 1.0 / 450);
   std::array<Run, 4> together;
   {

@@ -12,7 +12,7 @@ struct Spring {
   glm::dvec3 direction;
 };
 
-/// The graph, made independently of the solver: pairs of sites at distance 1 or sqrt(2).
+/// The graph, made independently of the solver: it joins sites at distance 1 or sqrt(2).
 std::vector<Spring> springs_of(const TissueScene& scene) {
   const auto [nx, ny, nz] = scene.lattice;
   std::vector<Spring> springs;
@@ -39,7 +39,7 @@ std::vector<Spring> springs_of(const TissueScene& scene) {
   return springs;
 }
 
-/// Largest eigenvalue by power iteration from below: a Rayleigh quotient never exceeds it.
+/// The largest eigenvalue by power iteration. It is found from below, because a Rayleigh quotient never exceeds it.
 template <class Apply>
 double power_iteration(std::size_t size, int rounds, Apply apply) {
   std::vector<double> x(size), y(size);
@@ -65,7 +65,7 @@ double scalar_laplacian(const TissueScene& scene, int rounds) {
   });
 }
 
-/// Springs at rest resist along themselves only.
+/// The largest eigenvalue at rest, where springs resist only along themselves.
 double rest_state_hessian(const TissueScene& scene, int rounds) {
   const auto springs = springs_of(scene);
   return power_iteration(3 * static_cast<std::size_t>(scene.particle_count), rounds, [&](const auto& x, auto& y) {
@@ -111,7 +111,7 @@ TEST_CASE("The limit's lambda bounds the spring graph of every small cut block a
   CHECK(blocks == 512);
   CHECK(tightest > 0.85);
   const TissueScene large = cut_block({14, 13, 15}, 100, true);
-  CHECK(scalar_laplacian(large, 300) > 23.2);  // the symbol's corner needs an infinite lattice
+  CHECK(scalar_laplacian(large, 300) > 23.2);  // only an infinite lattice reaches 24
   CHECK(scalar_laplacian(large, 300) < 24);
 }
 
@@ -161,8 +161,8 @@ TEST_CASE("Automatic substeps are the least that keep the safety margin", "[stab
   CHECK_THROWS_AS(auto_substeps(stiff, {450, 1}), SolverError);
 }
 
-// The block pulled to three times its length: springs across the pull resist like k (1 - L/len) there, so modes that were
-// soft at rest are stiff now.
+// The block is pulled to three times its length. There, springs resist across the pull, too, like k (1 - L/len), so modes
+// that were soft at rest are stiff.
 TEST_CASE("A stretched block is stable up to the limit and diverges at steps that the rest-state limit calls stable",
           "[stability]") {
   TissueScene block;
@@ -216,7 +216,7 @@ TEST_CASE("The block of the paper has 20,270 particles and 171,443 springs", "[s
   CHECK(solver->info().particles == 20'270);
   CHECK(solver->info().springs == 171'443);
   CHECK(springs_of(block).size() == 171'443);
-  CHECK(solver->info().limit->particle == 1 + 27 * (1 + 27 * 1));  // the first with all 18
+  CHECK(solver->info().limit->particle == 1 + 27 * (1 + 27 * 1));  // the first with all 18 springs
 }
 
 TEST_CASE(
@@ -245,17 +245,17 @@ TEST_CASE(
   std::get<TissueScene>(coarse.body).substeps = 1;
   CHECK_THROWS_AS(make_solver(SolverKind::cpu_double, coarse), SolverError);
   coarse.allow_unstable = true;
-  CHECK(largest_m(*make_solver(SolverKind::cpu_double, coarse)) > 1e-3);  // a thousandfold: the limit is the true one
+  CHECK(largest_m(*make_solver(SolverKind::cpu_double, coarse)) > 1e-3);  // grows a thousandfold: the limit is real
   for (const double step_s : {2.4e-3, 1e-2, 5e-2}) {
     const auto solver = make_solver(SolverKind::cpu_double, scene_of(ball, step_s));
-    CHECK(largest_m(*solver) < 1e-5);  // within a few of the first deflection, which an energy kept up to 1 % allows
+    CHECK(largest_m(*solver) < 1e-5);  // a few times the first deflection at most, which energy kept up to 1 % allows
   }
 }
 
 TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit",
           "[stability]") {
-  // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the
-  // limit of each is that of one particle with k / n and c / n.
+  // A tool holds free particles whose springs are so soft that only the coupling counts. n particles share its k and c, so
+  // the limit of each is that of one particle with k / n and c / n.
   for (const int n : {1, 2, 4}) {
     TissueScene row;
     row.lattice = {n, 1, 1};

@@ -1,4 +1,4 @@
-// The step limit is where linear scenes begin to diverge, whatever they have.
+// Linear scenes begin to diverge exactly at the step limit, whatever they contain.
 #include <catch2/catch.hpp>
 
 #include "tissue_scenes.h"
@@ -24,7 +24,7 @@ TissueScene column(int n, bool fixed) {
   tissue.fixed.z_min = fixed;
   tissue.substeps = 1;
   tissue.initial_displacement_m.assign(static_cast<std::size_t>(n), glm::dvec3(0));
-  tissue.initial_displacement_m.back().z = 1e-10;  // grows by 300 in 20 steps, and must stay where the scene is linear
+  tissue.initial_displacement_m.back().z = 1e-10;  // grows 300-fold in 20 steps and must stay in the linear range
   return tissue;
 }
 
@@ -42,14 +42,14 @@ std::vector<Edge> edges() {
   with("coupling with a damper", 2, true, [](TissueScene& t) {
     t.tools = {{{0, 0, 0.01}, 1e-3, CouplingKind::spring, 100, 0.2}};
   });
-  with("probe", 2, true, [](TissueScene& t) {  // 1 mm deep; the particle gives way and rests at 0.36 mm
+  with("probe", 2, true, [](TissueScene& t) {  // 1 mm deep; the particle gives way and comes to rest at 0.36 mm
     t.tools = {{{0, 0, 0.014}, 5e-3, CouplingKind::probe, 70}};
     t.initial_displacement_m.back().z -= 1e-3 * 70 / (70 + t.stiffness_N_per_m);
   });
   return all;
 }
 
-/// Farthest motion from where the scene rests, over that in the first 20 steps.
+/// The farthest distance from rest, divided by the farthest one in the first 20 steps.
 double growth(const TissueScene& tissue, double part_of_limit) {
   Scene scene = scene_of(tissue, 1e-3);
   scene.step_rate = {1'000'000'000'000, std::llround(part_of_limit * step_limit(tissue).step_s * 1e12)};

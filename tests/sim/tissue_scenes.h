@@ -1,6 +1,6 @@
 #pragma once
-// Scenes and motions shared by the tests of the solvers. Motions are polynomials of the step, because nothing that is
-// compared bit by bit may depend on libm.
+// Scenes and motions shared by the tests of the solvers. Motions are polynomials of the step number, because nothing that
+// is compared bit by bit may depend on libm.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -20,7 +20,7 @@ inline Scene scene_of(TissueScene tissue, double step_s, bool energy = false) {
   return scene;
 }
 
-/// Two particles, one spring along x; the tool holds the one at the origin. A spring on a line is exactly linear.
+/// Two particles with a spring along x. The tool holds the particle at the origin. A spring on a line is exactly linear.
 inline TissueScene spring_pair() {
   TissueScene tissue;
   tissue.lattice = {2, 2, 2};
@@ -46,7 +46,7 @@ inline TissueScene small_block() {
   return tissue;
 }
 
-/// Both tools along cubic paths, up to 20 mm in 200 steps, with a rest and a jump of 3 mm at step 120.
+/// The positions of two tools on cubic paths of up to 20 mm in 200 steps, with a rest, and a jump of 3 mm at step 120.
 inline Positions wandering_tools(int n) {
   const double t = n / 200.0, jump_m = n >= 120 ? 3e-3 : 0;
   return {glm::dvec3(0.02 * t * t * (3 - 2 * t), -0.01 * t * (1 - t), 0.015 * t + jump_m),

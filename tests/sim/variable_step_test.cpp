@@ -1,4 +1,4 @@
-// Steps of lengths of their own: the integrator that the paper warns of (section 4).
+// Steps of different lengths: the integrator that the paper warns of (section 4).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
@@ -28,7 +28,7 @@ TissueScene damped(double damping_per_s) {
   return block;
 }
 
-/// The lengths of the paper's run: in each of its time segments one step sees 5.66 times the mean, 14 see 0.667 of it.
+/// The lengths of the paper's run: in each time segment one step is 5.66 times as long as the mean, and 14 have 0.667 of it.
 double paper_length(int n) { return n % 15 == 0 ? 17.0 / 3 : 2.0 / 3; }
 
 void require_equal(Solver& a, Solver& b) {
@@ -48,7 +48,7 @@ TEST_CASE("Steps of the nominal length have the bits of a scene of constant step
       const Scene constant = scene_of(damped(damping_per_s), kNominal_s, true);
       const Scene free = variable(damped(damping_per_s), kNominal_s, true);
       const auto today = make_solver(kind, constant), said = make_solver(kind, free), unsaid = make_solver(kind, free);
-      step(*said, 2, wandering_tools(7), 1e-3);  // what was set before a reset is forgotten
+      step(*said, 2, wandering_tools(7), 1e-3);  // a length that was set before a reset is forgotten
       said->reset();
       for (int n = 0; n < 100; ++n) {
         const ToolResponse expected = test::step(*today, 2, wandering_tools(n));
@@ -97,7 +97,7 @@ TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through 
   for (const int work_group_size : {8, 64, 256}) {
     for (const double damping_per_s : {0.0, 20.0}) {
       if (damping_per_s > 0 && work_group_size != 64) continue;
-      // 0.15: every substep below the limit. 1: the long ones at more than 4 times the limit, and the run diverges.
+      // With 0.15 every substep is below the limit. With 1 the long ones exceed it more than 4 times, and the run diverges.
       for (const double scale : {0.15, 1.0}) {
         const Scene scene = variable(damped(damping_per_s), kNominal_s, true);
         const auto cpu = make_solver(SolverKind::cpu_float, scene);
@@ -114,9 +114,9 @@ TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through 
   }
 }
 
-// One free particle on a held spring, a = w h1 and b = w h2: two steps together have the matrix M(b) M(a) of determinant
-// 1 and trace 2 - (a + b)^2 + a^2 b^2, and a matrix solves its own characteristic equation (Cayley and Hamilton), so the
-// force f, which is k times the distance from rest, follows f_n+4 = trace f_n+2 - f_n.
+// One free particle is on a held spring; a = w h1 and b = w h2. Two steps together have the matrix M(b) M(a), with
+// determinant 1 and trace 2 - (a + b)^2 + a^2 b^2. A matrix solves its own characteristic equation (Cayley and Hamilton). So
+// the force f, which is k times the distance from rest, follows f_n+4 = trace f_n+2 - f_n.
 TEST_CASE("Alternating lengths on an oscillator follow the product of their two maps exactly", "[variable]") {
   const TissueScene pair = spring_pair();
   const double w_per_s = std::sqrt(pair.stiffness_N_per_m / pair.particle_mass_kg), jump_m = 1e-5;
@@ -125,15 +125,15 @@ TEST_CASE("Alternating lengths on an oscillator follow the product of their two 
     step(*solver, 1, {}, 1e-4);
     long double u = 0, v = 0;
     std::vector<double> force_N;
-    // An unstable pair of lengths is watched until the particle has moved by half the spacing: beyond the whole of it,
-    // the spring turns over and is no longer linear.
+    // An unstable pair of lengths is watched until the particle has moved by half the spacing. Beyond the whole spacing the
+    // spring turns over and is no longer linear.
     const double large_N = 0.5 * pair.stiffness_N_per_m * pair.spacing_m;
     for (int n = 0; n < 1000 && (n == 0 || std::abs(force_N.back()) < large_N); ++n) {
       const long double h = (n % 2 == 0 ? a : b) / static_cast<long double>(w_per_s);
       force_N.push_back(step(*solver, 1, {glm::dvec3(jump_m, 0, 0)}, static_cast<double>(h)).force_N[0].x);
       v += h * w_per_s * w_per_s * ((n == 0 ? 0 : static_cast<long double>(jump_m)) - u);
       u += h * v;
-      // Roundings of 1e-16 of the spacing (1e-13 of the motion) in every step, grown like the motion or less.
+      // Every step rounds by 1e-16 of the spacing (1e-13 of the motion), and these errors grow no more than the motion.
       const double scale_N = pair.stiffness_N_per_m * std::max(static_cast<double>(std::abs(u)), jump_m);
       INFO("w h = " << a << ", " << b << ", step " << n);
       REQUIRE(std::abs(force_N.back() - pair.stiffness_N_per_m * static_cast<double>(u - jump_m)) < 1e-8 * scale_N);
@@ -169,7 +169,7 @@ TEST_CASE("Damping and substeps of changing lengths enter as documented, in long
         worst = std::max(worst, std::abs(force_N - k * (u - tool)));
       }
       INFO("damping " << damping_per_s << ", substeps " << substeps);
-      // As in closed_form_test, ten times more where the lengths resonate a little: roundings grow like the motion.
+      // As in closed_form_test, but ten times more, as the lengths resonate a little: roundings grow like the motion.
       CHECK(worst < 1e-11L);
     }
   }
@@ -234,7 +234,7 @@ TEST_CASE("Steps as long as the time since the last, in the paper's timing, dive
   CHECK(even->verdict().steps_over_limit == 0);
 }
 
-// The limit is for steps of one length: a mode that makes a whole number of half turns in the pattern resonates.
+// The limit holds for steps of equal length. A mode that makes a whole number of half turns in the pattern resonates.
 TEST_CASE("A pattern of lengths can diverge though no step is over the limit", "[variable]") {
   TissueScene block = small_block();
   block.substeps = 1;

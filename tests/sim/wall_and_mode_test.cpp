@@ -1,4 +1,4 @@
-// Wall and mode against their closed forms.
+// Wall and mode, compared with their closed forms.
 
 #include <catch2/catch.hpp>
 
@@ -27,7 +27,7 @@ Scene mode_scene(double frequency_Hz, double ratio, Rate step_rate, bool one_sid
   return scene;
 }
 
-/// The tool appears at x at t = 0 and stays: the mass swings to x / 2.
+/// The force if the tool appears at x at t = 0 and stays there. The mass swings towards x / 2.
 double exact_force_N(double x, double k, double frequency_Hz, double ratio, double t) {
   const double w = 2 * std::numbers::pi * frequency_Hz, damped = w * std::sqrt(1 - ratio * ratio);
   const double q =
@@ -50,7 +50,7 @@ TEST_CASE("A wall pushes with its law at every depth, along its normal, and neve
         const Positions x{n * (0.01 + gap) + aside, glm::dvec3(5)};
         const ToolResponse response = step(*solver, 2, x);
         const double expected = 250 * (p + (hardening > 0 ? p * p / hardening : 0));
-        // The depth is a difference of numbers of 0.05 m: some 1e-17 m of rounding, times the slope.
+        // The depth is a difference of numbers around 0.05 m, which round by some 1e-17 m; the slope multiplies that.
         const double rounding = 250 * (1 + (hardening > 0 ? 2 * p / hardening : 0)) * 1e-16 + 1e-13 * expected;
         for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(response.force_N[0][axis] - n[axis] * expected) <= rounding);
         REQUIRE(response.force_N[1] == glm::dvec3(0));
@@ -74,7 +74,7 @@ TEST_CASE("What a wall or a spring stores is the work against its force on the w
       const glm::dvec3 force_N = step(*solver, 1, {middle}).force_N[0];
       work_J -= force_N.x * way.x + force_N.y * way.y + force_N.z * way.z;
     }
-    // The midpoint rule of a square over 1 um: some 1e-8 of it.
+    // The midpoint rule over pieces of 1 um is off by some 1e-8 for a square.
     CHECK(*stored_energy_J(scene, at(12'000)) - before_J == Approx(work_J).epsilon(1e-6));
     CHECK(std::abs(work_J) > 1e-3);
   }
@@ -117,7 +117,8 @@ TEST_CASE("A mode answers twice its stiffness at once and its stiffness in the e
       CHECK(h <= 1e-4);
       for (int n = 1; n <= 900; ++n) {
         const double t = n / 4500.0, force = step(*solver, 1, {glm::dvec3(x, 0, 0)}).force_N[0].x;
-        // Second order: the frequency is off by (w h)^2 / 24 (until the ringing has decayed), the rest by as much.
+        // The method is of second order. The frequency is off by (w h)^2 / 24 until the ringing has decayed, and the rest is
+        // off by as much.
         const double turns = ratio > 0 ? std::min(w * t, 1 / ratio) : w * t;
         REQUIRE(std::abs(force - exact_force_N(x, 300, frequency, ratio, t)) <=
                 300 * x * (w * h) * (w * h) / 24 * (turns + 3) * 1.5 + 1e-12);
@@ -139,7 +140,7 @@ TEST_CASE("A mode's tool moves in a straight line within a step, so that many sh
     const glm::dvec3 x(1e-3 * (n * 7 % 11), 2e-3 * (n * 5 % 7), -1e-3 * n);
     const ToolResponse a = step(*coarse, 1, {x});
     ToolResponse b;
-    // Step 0 only puts the tool there; it lasts as long as any other.
+    // Step 0 only puts the tool in its place. It lasts as long as any other step.
     for (int i = 1; i <= 100; ++i) b = step(*fine, 1, {n == 0 ? x : before + (x - before) * (i / 100.0)});
     before = x;
     for (int axis = 0; axis < 3; ++axis) REQUIRE(a.force_N[0][axis] == Approx(b.force_N[0][axis]).margin(1e-9));
@@ -163,7 +164,7 @@ TEST_CASE("A one-sided mode is the same along its normal while touched, and ring
     REQUIRE(contact.gap_m == Approx(-along / 600).epsilon(1e-12));
     REQUIRE((contact.touching && contact.unilateral && contact.stiffness_N_per_m[0][0] == 600));
   }
-  // Away: nothing is felt, and the surface swings with f0 / sqrt(2): it crosses its rest place every 1 / (2 f).
+  // The tool is away: nothing is felt, and the surface swings at f0 / sqrt(2), so it crosses its rest place every 1 / (2 f).
   std::vector<double> crossings;
   double last = 0;
   for (int n = 0; n < 100; ++n) {
@@ -174,7 +175,7 @@ TEST_CASE("A one-sided mode is the same along its normal while touched, and ring
   }
   REQUIRE(crossings.size() >= 4);
   const double period = 2 * (crossings[3] - crossings[0]) / 3;
-  // Damping c as before: of the ground spring's own frequency the ratio is 0.1 sqrt(2).
+  // The damping c is as before. At the frequency of the ground spring alone its ratio is 0.1 sqrt(2).
   CHECK(1 / period == Approx(30 / std::sqrt(2) * std::sqrt(1 - 0.02)).epsilon(3e-3));
 }
 
@@ -193,7 +194,7 @@ TEST_CASE("A one-sided mode's surface is where the scene puts it, along a normal
     const double push_N = step(*at_origin, 1, {glm::dvec3(gap_m, 0, 0)}).force_N[0].x;
     const glm::dvec3 force_N = step(*elsewhere, 1, {n * (gap_m - 0.02) + aside}).force_N[0];
     const ToolContact &a = at_origin->contacts()[0], &b = elsewhere->contacts()[0];
-    // Some roundings of positions of 0.05 m (7e-18), which the mass remembers, under 600 N/m.
+    // Room for some roundings of positions around 0.05 m (7e-18), which the mass remembers, times 600 N/m.
     for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(force_N[axis] - n[axis] * push_N) <= 1e-11);
     REQUIRE(std::abs(a.gap_m - b.gap_m) <= 1e-14);
     REQUIRE(norm(b.normal - n) <= 1e-15);
@@ -237,7 +238,7 @@ TEST_CASE("A mode is the same bits for every solver kind and after a reset, tool
       solver->reset();
     }
   }
-  // Each tool has a mass of its own.
+  // Each tool has its own mass.
   Scene alone = scene;
   alone.tool_count = 1;
   const auto solver = make_solver(SolverKind::cpu_double, alone);

@@ -1,4 +1,4 @@
-// The way of a source's forces between the lanes, without a loop around it.
+// The path of a source's forces between the lanes, without a loop around it.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Sent {
   double force_N = 0;
 };
 
-/// 40 forces, about 5 ms apart, which a map emits 12 ms after their steps began; some are lost and some come late.
+/// 40 forces, about 5 ms apart, which a map emits 12 ms after their steps began. Some are lost and some come late.
 std::vector<Sent> random_forces(std::uint64_t seed, bool travels) {
   const RandomStream draws(seed, "forces");
   std::uint64_t k = 0;
@@ -51,7 +51,7 @@ LinkSpec link_of(Resampling kind, Emission emission) {
   return link;
 }
 
-/// Pushes what has ended by `at`.
+/// Pushes the forces whose steps have ended by `at`.
 template <class Push>
 void push_until(RealTime at, const std::vector<Sent>& all, std::size_t& next, Push push) {
   for (; next < all.size() && all[next].ended <= at; ++next) push(all[next]);
@@ -100,7 +100,7 @@ TEST_CASE("source forces: a tick holds the newest of those that have arrived, an
         source->push(sent.emission, record_of(sent));
       });
       const Reading<glm::dvec3> played = source->at(at, source->head(), {}, nullptr);
-      const Sent* newest = nullptr;  // found again, without an order of arrival
+      const Sent* newest = nullptr;  // searched anew each time, in any order of arrival
       for (const Sent& sent : all) {
         if (!sent.emission.lost && sent.emission.arrives <= at) newest = &sent;
       }

@@ -82,7 +82,7 @@ TEST_CASE("sources: with the least latency no interpolated tick runs dry once th
     INFO("seed " << seed);
     CHECK(force(run, "linear", "ticks_underrun") == 0);
     CHECK(force(run, "absolute_grid", "ticks_underrun") == 0);
-    // None for a lost force: only those before the loop has its slots, as phase_locked has them.
+    // No underrun for a lost force. There are only those before the loop has its slots, as with phase_locked.
     CHECK(force(run, "polyphase", "source_lost") > 0);
     CHECK(force(run, "polyphase", "ticks_underrun") <= force(run, "phase_locked", "ticks_underrun"));
   }
@@ -99,7 +99,7 @@ TEST_CASE(
     INFO("seed " << seed);
     const RunOutcome constant = run_source("slower", set);
     CHECK(force(constant, "polyphase", "source_lost") > 0);
-    // k v h is 2 mN a tick; the rest is the ripple of the filter and the wobble of the loop.
+    // k v h is 2 mN a tick. The rest is the ripple of the filter and the wobble of the loop.
     CHECK(force(constant, "polyphase", "jump_max") < 2.2e-3);
     CHECK(force(constant, "polyphase", "velocity_jump") < 0.3e-3);
     std::vector<std::string> moving = set;
@@ -170,7 +170,7 @@ TEST_CASE("sources: chunks of the least number of entries never run dry, two ent
     };
     INFO("seed " << seed << ", least " << least);
     CHECK(dry(least) == std::vector<double>{0, 0, 0});
-    for (const double ticks : dry(least - 2)) CHECK(ticks >= 5);  // 5 to 10 ms are missing at least once
+    for (const double ticks : dry(least - 2)) CHECK(ticks >= 5);  // at least once 5 to 10 ms are missing
   }
 }
 
@@ -182,7 +182,7 @@ TEST_CASE(
       read("paper/figure-1-spring.toml", {"run.strategies=[\"direct\", \"paper\", \"phase_locked\"]", "expect=[]"}),
       options);
   const double closed_form_s = 11.1e-3 + 1.4822e-3 - 1.0 / 450;
-  CHECK(force(run, "direct", "animation_error") == Approx(closed_form_s).margin(1e-3));  // shown at ticks of 1 ms
+  CHECK(force(run, "direct", "animation_error") == Approx(closed_form_s).margin(1e-3));  // it is shown at ticks of 1 ms
   CHECK(force(run, "paper", "animation_error") < 1e-8);
   CHECK(force(run, "phase_locked", "animation_error") < 1e-8);
   CHECK(force(run, "direct", "animation_error_mean") < force(run, "direct", "animation_error"));
@@ -192,7 +192,7 @@ TEST_CASE("sources: an animation error is what was left out, a period after an o
   const RunOutcome grid = run_source("wake-absolute-grid", {});
   const RunOutcome burst = run_source("wake-catch-up", {});
   const RunOutcome last = run_source("wake-from-last-update", {});
-  // Simulated time per real time: the grid leaves out whole periods, catching up loses nothing in the long run.
+  // Simulation time per real time: the grid leaves out whole periods, but catching up loses nothing in the long run.
   const auto rate = [](const RunOutcome& run) {
     const StrategyRecord& record = run.record.strategies[0];
     return static_cast<double>(record.steps.size()) * 10e-3 / 21;
@@ -213,7 +213,7 @@ TEST_CASE("sources: every force is counted, as sent, overtaken, dropped or pendi
       CHECK(flow.forces == std::ssize(record.steps));
       CHECK(flow.forces == flow.forces_sent + flow.forces_overtaken + flow.forces_dropped + flow.forces_pending);
       if (record.reference) continue;
-      // Nothing but what was lost is missing: the rings are large enough. Those at the end may still be pending.
+      // Only lost forces are missing, because the rings are large enough. Some at the end may still be pending.
       const auto lost = std::count_if(record.steps.begin(), record.steps.end(), [](const StepRow& row) { return row.lost; });
       CHECK(flow.forces_dropped <= lost);
       CHECK(flow.forces_dropped + flow.forces_pending >= lost);

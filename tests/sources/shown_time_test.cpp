@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 constexpr double kSlot_s = 10e-3;
 
-/// Steps of 10 ms of simulated time that begin at these times, in ms, take 2 ms and are due 40 ms after their begin.
+/// Steps of 10 ms of simulation time that begin at these times, in ms, take 2 ms and are due 40 ms after their begin.
 struct Run {
   explicit Run(const std::vector<std::int64_t>& begins_ms, bool mapped, std::size_t lost = SIZE_MAX) {
     for (std::size_t n = 0; n < begins_ms.size(); ++n) {
@@ -65,13 +65,13 @@ TEST_CASE(
   CHECK(Run(even, false, 3).error_ms(true) < 1e-9);
   CHECK(Run(even, true, 3).error_ms(false) < 1e-9);
   CHECK(Run(left_out, false).error_ms(true) == Approx(10).epsilon(1e-9));
-  // On a line the ten missing milliseconds are spread over the twenty that it takes: half a tick at each.
+  // On a line the ten missing milliseconds are spread over the twenty of the line, half a tick at each tick.
   CHECK(Run(left_out, true).error_ms(false) == Approx(0.5).epsilon(1e-9));
 }
 
 TEST_CASE("animation error: a force that comes after a later one is not shown at all") {
   Run run({0, 10, 20, 30, 40, 50}, false);
-  run.strategy.steps[2].transport = Duration{15 * kMs};  // there at 37 ms, the next one at 32 ms
+  run.strategy.steps[2].transport = Duration{15 * kMs};  // it arrives at 37 ms, the next one at 32 ms
   const Rows<std::size_t> shown = internal::shown_steps(run.strategy, run.steps);
   CHECK(std::vector<std::size_t>(shown.begin(), shown.end()) == std::vector<std::size_t>{0, 1, 3, 4, 5});
   CHECK(run.error_ms(true) < 1e-9);

@@ -1,5 +1,5 @@
-/// The very transport that drives a device, with the unmodified libhidapi below it and a hidraw node that umockdev makes up.
-/// What is asserted is bytes, order, counts and errors; never how long something took.
+/// The real transport, with the unmodified libhidapi below it and a hidraw node that umockdev makes up. The tests assert
+/// bytes, order, counts and errors, but never how long something took.
 
 #include "evenstep/device/hid/hidapi_transport.h"
 
@@ -51,7 +51,7 @@ Bytes input(std::uint32_t sequence) {
   return {encoded.begin(), encoded.end()};
 }
 
-/// Other threads have a generous minute to make it so.
+/// Waits until the condition holds. Other threads have a generous minute to make it true.
 template <class Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 60'000; ++i) {

@@ -1,5 +1,5 @@
-/// The live run through unmodified libhidapi, on a device that this process makes up: a hand in slow motion, reported by a
-/// thread.
+/// A live run through the unmodified libhidapi, on a device that this process makes up: a thread reports a hand that moves
+/// slowly.
 
 #include <algorithm>
 #include <atomic>
@@ -29,13 +29,13 @@ Bytes reference_report(std::uint32_t sequence) {
   return {encoded.begin(), encoded.end()};
 }
 
-/// Of the PID device's flavour `mask`: buttons, X and Y, 100 counts on along X each time.
+/// A report of the PID device of flavour `mask`: buttons, X and Y. X grows by 100 counts each time.
 Bytes pid_report(std::uint32_t sequence) {
   const std::uint32_t x = sequence * 100;
   return {std::byte{1}, std::byte{0}, static_cast<std::byte>(x), static_cast<std::byte>(x >> 8), std::byte{0}, std::byte{0}};
 }
 
-/// Reports at some 250 Hz: how late the thread is asserts nothing.
+/// Sends reports at some 250 Hz. It does not matter how late the thread is.
 class Reporter {
  public:
   explicit Reporter(MockedHidraw& device, Bytes (*report)(std::uint32_t) = reference_report)
@@ -134,7 +134,7 @@ TEST_CASE("a live run drives a PID device from its descriptor and leaves its act
   CHECK(sent(0x10) == 1);  // Set Effect
   CHECK(sent(0x14) > 1);   // Set Constant Force: zero, and what came
   CHECK(sent(0x16) > 1);   // Effect Operation: start, again, and stop
-  // Device Control: reset, enable; at the end stop all, and disable (bit 2).
+  // Device Control: reset and enable; at the end stop all and disable (bit 2).
   const auto control = [](const Bytes& bytes) { return bytes[0] == std::byte{0x18}; };
   REQUIRE(sent(0x18) >= 4);
   CHECK(*std::find_if(outputs.rbegin(), outputs.rend(), control) == Bytes{std::byte{0x18}, std::byte{0x02}});
@@ -149,7 +149,7 @@ TEST_CASE("without forces a live run sends nothing at all") {
   CHECK(device.outputs().empty());
 }
 
-// A report that finds no room is sent again, so that none is lost but those before the run.
+// A report that finds no room is sent again, so that only reports before the run are lost.
 TEST_CASE("what the kernel had no room for before a live run begins to read is not counted as lost to it") {
   MockedHidraw device(reference());
   std::uint32_t sequence = 1;

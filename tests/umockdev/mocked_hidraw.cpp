@@ -36,7 +36,7 @@ std::string hex(const Bytes& bytes) {
   return text;
 }
 
-/// A hidraw node below its HID device, USB interface and USB device, as the kernel shows them.
+/// A hidraw node with its HID device, USB interface and USB device, as the kernel shows them.
 std::string devices_text(const MockedHidraw::Spec& spec, int number) {
   const std::string hid = hid_folder(spec), node = "hidraw" + std::to_string(number), minor = std::to_string(number);
   std::string text;
@@ -64,10 +64,10 @@ struct MockedHidraw::State {
   Spec spec;
   UMockdevTestbed* testbed = nullptr;
   UMockdevIoctlBase* handler = nullptr;
-  int device_end = -1;  // where we write input reports
-  int number = -1;      // of the node: the next one each time it is plugged in
+  int device_end = -1;  // where input reports are written
+  int number = -1;      // the number of the node, which grows each time that it is plugged in
 
-  std::mutex mutex;  // all below: umockdev's own thread calls the handlers
+  std::mutex mutex;  // guards everything below, because umockdev's own thread calls the handlers
   std::vector<Bytes> outputs, features_set;
   std::vector<Bytes> feature_answers;
   std::chrono::nanoseconds time_to_write{0};
@@ -88,7 +88,7 @@ Bytes bytes_of(const UMockdevIoctlData* data, std::size_t size) {
   return {first, first + size};
 }
 
-/// Gives the handle's bytes to `use` and completes the call with what it returns: bytes, or a negative errno.
+/// Gives the bytes of the call to `use` and completes the call with the result: a number of bytes, or a negative errno.
 template <class Use>
 gboolean answer(UMockdevIoctlClient* client, std::size_t size, Use use) {
   UMockdevIoctlData* const arg = umockdev_ioctl_client_get_arg(client);
@@ -145,7 +145,7 @@ gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer user
   return FALSE;
 }
 
-/// Of a write, umockdev hands over the bytes themselves.
+/// For a write, umockdev hands over the bytes themselves.
 gboolean on_write(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer user) {
   auto& state = *static_cast<MockedHidraw::State*>(user);
   UMockdevIoctlData* const data = umockdev_ioctl_client_get_arg(client);
@@ -184,8 +184,8 @@ void MockedHidraw::State::add() {
     if (mkfifo(fifo.c_str(), 0600) != 0) throw std::runtime_error("no FIFO at " + fifo);
     device_end = open(fifo.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     umockdev_testbed_enable(testbed);
-    fcntl(device_end, F_SETFL, O_NONBLOCK | O_DIRECT);  // packets
-    fcntl(device_end, F_SETPIPE_SZ, 64 * 4096);         // of at most a page: 64 of them
+    fcntl(device_end, F_SETFL, O_NONBLOCK | O_DIRECT);  // packet by packet
+    fcntl(device_end, F_SETPIPE_SZ, 64 * 4096);         // room for 64 packets of at most a page
   } else {
     device_end = umockdev_testbed_get_dev_fd(testbed, path().c_str());
     keep_pty();
@@ -218,7 +218,7 @@ void MockedHidraw::unplug() {
     state_->present = false;
   }
   const std::string hid = hid_folder(state_->spec);
-  // The other end sees a hang-up. (umockdev will close this number again: it must stay a file of ours.)
+  // The other end sees a hang-up. (umockdev will close this number again, so it must stay an open file of this process.)
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   dup2(nothing, state_->device_end);
   close(nothing);
@@ -226,8 +226,8 @@ void MockedHidraw::unplug() {
     umockdev_testbed_remove_device(state_->testbed, ("/sys" + path).c_str());
 }
 
-/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives a number away again
-/// as soon as neither end is open. So one end stays open, which hides no hang-up of the other.
+/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel reuses the number of a pty
+/// as soon as neither end is open. So one end stays open, which does not hide a hang-up of the other.
 void MockedHidraw::State::keep_pty() {
   umockdev_testbed_disable(testbed);  // the path is a real one
   ptys_kept.push_back(open(ptsname(device_end), O_RDWR | O_NOCTTY | O_CLOEXEC));

@@ -2,9 +2,8 @@
 /// A hidraw device that exists only in this process: unmodified libhidapi and libudev see it through umockdev. There can be
 /// only one per process, and only under umockdev's preloaded library.
 ///
-///   Node::fifo   packet by packet like the kernel's hidraw: 64 reports can wait, one per read, and the newest is dropped
-///   when it
-///                is full. poll does not notice when it is unplugged.
+///   Node::fifo   packet by packet like the kernel's hidraw: 64 reports can wait, one per read; if it is full, the newest
+///                report is dropped. poll does not notice when it is unplugged.
 ///   Node::pty    a byte stream, so at most one report can wait; it is unplugged like a real device.
 
 #include <cstddef>

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel of its own in qemu twice, with these programs in it and init.sh
-# as its only process. No root and no network in the guest. qemu counts instructions for time (-icount), so that guest time
-# does not depend on how busy this machine is, and sleeping costs nothing.
+# boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel in qemu twice, with these programs in it and init.sh as its
+# only process. It needs no root, and the guest has no network. qemu derives time from the number of instructions (-icount),
+# so guest time does not depend on how busy this machine is, and sleeping costs nothing.
 #
-# Only the first boot runs the tests as well as the live runs: FOLDER/1.log has all that it said, FOLDER/live.log and
-# FOLDER/2.log what the last two boots said of the live runs.
+# All boots make the live runs. Only the first one runs the tests, too. FOLDER/1.log has all that it printed. FOLDER/live.log
+# and FOLDER/2.log have what the last two boots printed about the live runs.
 #
 # Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once
 # (70 MB) and kept.
@@ -22,7 +22,7 @@ mkdir -p -- "$folder"
 cd -- "$folder"
 
 # --- the kernel: an uncompressed image boots in half the time
-# A folder of before has fewer modules.
+# A folder from an earlier version has fewer modules.
 if [[ ! -s kernel/vmlinux || -z $(find kernel/lib -name vhci-hcd.ko 2>/dev/null) ]]; then
   mkdir -p kernel
   name=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -nE 's/^ *Depends: (linux-image-[^ ]*)$/\1/p' | head -n 1)
@@ -35,7 +35,7 @@ if [[ ! -s kernel/vmlinux || -z $(find kernel/lib -name vhci-hcd.ko 2>/dev/null)
       '*/input/evdev.ko' '*/misc/uinput.ko' '*/usb/common/usb-common.ko' '*/usb/core/usbcore.ko' '*/usbhid/usbhid.ko' \
       '*/usbip/usbip-core.ko' '*/usbip/vhci-hcd.ko'
   offset=$(LC_ALL=C grep -abo -m1 $'\xfd7zXZ' kernel/boot/vmlinuz* | head -n 1 | cut -d: -f1)
-  # xz complains of what follows its stream.
+  # xz complains about the bytes after its stream.
   tail -c +$((offset + 1)) kernel/boot/vmlinuz* | xz -dc >kernel/vmlinux.new 2>/dev/null || [[ -s kernel/vmlinux.new ]]
   rm -f kernel/*.deb
   mv kernel/vmlinux.new kernel/vmlinux
@@ -52,9 +52,9 @@ chmod +x root/init
 cp -- "$here"/live{,-common,-pid,-evdev,-evdev-arrival}.toml root/scenarios/
 sed 's#\.\./paper/#paper-#' "$scenarios/live/figure-1-spring.toml" >root/scenarios/figure-1-spring.toml
 cp -- "$scenarios/paper/figure-1-spring.toml" root/scenarios/paper-figure-1-spring.toml
-# libraries_of FILE : the shared libraries it is linked with
+# libraries_of FILE : the shared libraries that it is linked with
 libraries_of() { ldd "$1" 2>/dev/null | grep -oE '/[^ ]+'; }
-# Opened when it is needed, so no program names it.
+# This library is opened at run time, so no program names it.
 hidapi=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p | sed -nE 's,.*libhidapi-hidraw\.so\.0 .*=> (/.*),\1,p' | head -n 1)
 [[ $hidapi ]] || { echo "libhidapi-hidraw.so.0 is not installed" >&2; exit 1; }
 while read -r library; do
@@ -65,11 +65,10 @@ cp -- "$@" root/bin/
 for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program" 2>/dev/null || true; done
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
-# --- twice, and up to four times until two boots in a row say the same of the live runs: on a busy machine qemu's
-# instruction clock has been seen to move by microseconds. The serial line is a file: a pipe that is full would hold up the
-# guest.
+# --- boots twice, or up to four times until two boots in a row say the same about the live runs: on a busy machine qemu's
+# instruction clock has moved by microseconds. The serial line is a file, because a full pipe would stop the guest.
 
-# boot MARK LOG : until the guest has said the mark
+# boot MARK LOG : boots and waits until the guest has printed the mark
 boot() {
   : >serial.log
   timeout 600 qemu-system-x86_64 -M pc -accel tcg -cpu qemu64 -smp 1 -m 512 -display none -monitor none -nodefaults \

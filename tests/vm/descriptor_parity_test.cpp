@@ -1,4 +1,5 @@
-/// Our parse of report descriptors beside the kernel's own, which debugfs prints. Generated descriptors, valid and not.
+/// Compares our parser of report descriptors with that of the kernel, whose result debugfs prints, on generated descriptors,
+/// valid and invalid.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -24,8 +25,8 @@ void append(Bytes& bytes, unsigned prefix, std::int64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i)));
 }
 
-/// Items in an order that makes sense more often than not. Usages are of vendor pages, whose names the kernel does not know
-/// and prints as numbers.
+/// Items in an order that mostly makes sense. Usages are from vendor pages: the kernel does not know their names and prints
+/// numbers.
 Bytes random_descriptor(std::mt19937_64& random) {
   const auto up_to = [&](std::uint64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };
   Bytes bytes;
@@ -109,7 +110,7 @@ std::string usage_text(std::uint32_t usage) {
   return text;
 }
 
-/// In the kernel's words, without the unit (it prints that in a form of its own).
+/// The descriptor in the format of the kernel, without the unit (which the kernel prints in another form).
 std::string dump(const ReportDescriptor& descriptor) {
   std::ostringstream out;
   const char* const names[] = {"INPUT", "OUTPUT", "FEATURE"};
@@ -166,7 +167,7 @@ std::string kernel_dump(const std::string& hid_name) {
     line.erase(0, line.find_first_not_of(" \t"));
     const auto starts = [&](const char* word) { return line.compare(0, std::string(word).size(), word) == 0; };
     if (text.empty() && !starts("INPUT") && !starts("OUTPUT") && !starts("FEATURE")) continue;
-    if (line.empty()) break;  // what follows is how it maps to input events
+    if (line.empty()) break;  // after it comes the mapping to input events
     if (starts("Unit(")) continue;
     text += line + '\n';
   }
@@ -184,7 +185,7 @@ KernelsParse kernels_parse(const Bytes& descriptor) {
   UhidDevice device(spec);
   const std::string name = device.hid_name();
   REQUIRE(!name.empty());
-  // The driver is bound, or has refused the descriptor, moments after the device is there.
+  // Shortly after the device appears, the driver is bound or has refused the descriptor.
   const fs::path driver = fs::path("/sys/bus/hid/devices") / name / "driver";
   for (int i = 0; i < 10 && !fs::exists(driver); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   return {fs::exists(driver), kernel_dump(name)};
@@ -216,6 +217,6 @@ TEST_CASE("300 generated descriptors are accepted or refused as the kernel does 
     ++accepted;
     CHECK(dump(*ours) == theirs.text);
   }
-  CHECK(accepted >= 100);  // the generator makes enough of both
+  CHECK(accepted >= 100);  // the generator makes enough valid and enough invalid ones
   CHECK(accepted <= 290);
 }

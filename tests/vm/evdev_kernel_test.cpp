@@ -1,4 +1,4 @@
-/// The driver of Linux' force feedback devices on the kernel's own input core, before a device behind /dev/uinput.
+/// The driver of Linux' force feedback devices on the kernel's own input core, with a device behind /dev/uinput.
 
 #include <algorithm>
 #include <array>
@@ -51,7 +51,7 @@ TEST_CASE("evdev on the kernel: forces are uploaded, played, changed and erased"
     return near(along_x.u.constant.level, x) && near(along_y.u.constant.level, y) && told.plays.count(0) &&
            told.plays.count(1) && told.plays.at(0) == 1 && told.plays.at(1) == 1;
   };
-  // 10 N are 32767; left is lower X, down higher Y.
+  // 10 N are 32767. Left is lower X, and down is higher Y.
   REQUIRE(eventually([&] { return bench.tick({1, 0, 0}), has(-3277, 0); }));
   REQUIRE(eventually([&] { return bench.tick({-2, 5, 0}), has(6553, 16384); }));
   REQUIRE(eventually([&] { return bench.tick({10, -10, 0}), has(-32767, -32767); }));
@@ -125,12 +125,12 @@ TEST_CASE("evdev on the kernel: a sample was taken when the kernel got its event
       std::make_unique<EvdevFile>(device.node()), [] { return EvdevNodes(); }, a_clock());
   EvdevDriver driver(live, options);
   REQUIRE(live.tells_times());
-  constexpr Duration kMicrosecond{1000};  // what an event's time leaves out
+  constexpr Duration kMicrosecond{1000};  // times of events are whole microseconds
   for (int count = 1; count <= 200; ++count) {
     const RealTime before = a_clock().now();
     device.report(100 * count, 0);
     const RealTime after = a_clock().now();
-    // Reads that are late by anything up to some milliseconds: that is the sample's age, and not its time.
+    // Reads are late by up to some milliseconds. That makes the sample older, but does not change its time.
     std::this_thread::sleep_for(std::chrono::microseconds(37 * (count % 90)));
     DeviceSample sample;
     REQUIRE(eventually([&] {
@@ -143,7 +143,7 @@ TEST_CASE("evdev on the kernel: a sample was taken when the kernel got its event
   }
   CHECK(driver.ages()->ages.count() == 200);
   CHECK((driver.ages()->ahead == 0 && driver.ages()->capped == 0));
-  // A hand that holds still is told nothing of, and its position goes on.
+  // No event comes while the hand holds still, but its position stays valid.
   const RealTime last = *driver.read(a_clock().now()).taken_at;
   settle();
   const DeviceSample still = driver.read(a_clock().now());

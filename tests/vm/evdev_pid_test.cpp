@@ -1,5 +1,5 @@
-/// Simulated force feedback boards on USB, as the kernel's own PID driver (hid-pidff) sees it: driven through evdev and
-/// directly through hidraw. Two readings of the PID standard, ours and the kernel's, must make the same forces of the same
+/// Simulated force feedback boards on USB, as the kernel's own PID driver (hid-pidff) sees them: driven through evdev and
+/// directly through hidraw. Our reading of the PID standard and that of the kernel must make the same forces from the same
 /// commands.
 
 #include <algorithm>
@@ -39,7 +39,7 @@ SimulatedBoardOptions firmware(BoardKind kind) {
   return options;
 }
 
-/// What both drivers are told.
+/// The options for both drivers.
 template <class Options>
 Options told(BoardKind kind) {
   Options options;
@@ -59,7 +59,7 @@ struct Direct {
   std::unique_ptr<HapticDevice> driver;
 };
 
-/// As live runs have it.
+/// Through the kernel's driver, as in live runs.
 struct ByKernel {
   ByKernel(const UsbipPidDevice& device, BoardKind kind)
       : node(
@@ -96,7 +96,7 @@ struct Latency {
   }
 };
 
-/// From write() until the device renders another force; and from a report of the device until read() has it.
+/// The latency from write() until the device renders another force, and from a report of the device until read() has it.
 Latency latency(const UsbipPidDevice& device, HapticDevice& driver) {
   Latency found;
   for (int change = 0; change < 100; ++change) {
@@ -140,11 +140,12 @@ TEST_CASE("usbip: the kernel's PID driver and ours make the same forces of the s
     return;
   }
   const BoardKind kind = BoardKind::openffboard_2;
-  // 10 mm/s: its positions change with every report.
+  // At 10 mm/s the position changes with every report.
   UsbipPidDevice device(a_clock(), firmware(kind), ConstantVelocity{{0.01, 0.01, 0}});
   REQUIRE(!device.hidraw_node().empty());
   REQUIRE(plays_constant_forces(device));
-  // Linux 6.1 writes the number of a command, 4 for Device Reset, into its first bit: it is cut off, and nothing is reset.
+  // Linux 6.1 writes the number of a command, 4 for Device Reset, into the one bit of the first command. There it is cut
+  // off, and nothing is reset.
   CHECK(device.outputs(kControl) == std::vector<std::vector<std::uint8_t>>{{kControl, 0}, {kControl, 0}, {kControl, 1}});
   std::array<std::vector<glm::dvec3>, 2> forces_N;
   std::array<Latency, 2> latencies;

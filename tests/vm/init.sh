@@ -1,6 +1,6 @@
 #!/bin/sh
-# The guest's first and only process: loads the kernel's HID modules, runs what is to be tested, powers off. The test reads
-# the serial line: everything between two marks. The live runs come first, since a second boot only repeats them.
+# The guest's first and only process. It loads the kernel's HID modules, runs what is to be tested, and powers off. The test
+# reads from the serial line what is between two marks. The live runs come first, because a second boot repeats only these.
 export PATH=/bin HOME=/tmp NO_COLOR=1
 mount -t proc none /proc
 mount -t sysfs none /sys
@@ -10,7 +10,7 @@ mount -t debugfs none /sys/kernel/debug
 for module in hid hid-generic uhid; do insmod /modules/$module.ko || echo "no module $module"; done
 cd /tmp
 
-# live SCENARIO PLAYER ARGUMENT... : the scenario drives the device that the player is
+# live SCENARIO PLAYER ARGUMENT... : the scenario drives the device that the player simulates
 live() {
   echo "== $1"
   scenario=$1
@@ -36,7 +36,7 @@ echo "== kernel: $?"
 for module in evdev uinput usb-common usbcore usbhid usbip-core vhci-hcd; do
   insmod /modules/$module.ko || echo "no module $module"
 done
-# They are not repeated by the second boot.
+# The second boot does not repeat these.
 live live-evdev uinput_player 8000 10000
 live live-evdev-arrival uinput_player 6000 10000
 echo "== evdev"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# judge.sh FOLDER LINE... : every regular expression has its line in the guest's log.
-# judge.sh FOLDER --of SCENARIO LINE... : the same in what it said of that live run.
-# judge.sh FOLDER --same : two boots said the same of the live runs.
+# judge.sh FOLDER LINE... : passes if every regular expression matches a line of the guest's log.
+# judge.sh FOLDER --of SCENARIO LINE... : the same for what the guest printed about that live run.
+# judge.sh FOLDER --same : passes if two boots printed the same about the live runs.
 set -euo pipefail
 folder=$1
 shift
@@ -12,7 +12,7 @@ if [[ $1 == --same ]]; then
 fi
 log=$(<"$folder/1.log")
 if [[ $1 == --of ]]; then
-  # From its mark to the next that is not its exit status.
+  # From its mark to the next mark that is not its exit status.
   log=$(awk -v mark="== $2" '/^== / { mine = index($0 ":", mark ":") == 1 } mine' "$folder/1.log")
   shift 2
 fi

@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests on the kernel's own HID core have in common.
+/// What the tests on the kernel's own HID core share.
 
 #include <chrono>
 #include <thread>
@@ -11,7 +11,7 @@ inline const evenstep::WallClock& a_clock() {
   return clock;
 }
 
-/// Waits for a condition for at most half a minute, which is generous; in a virtual machine sleeping takes no real time.
+/// Waits for a condition for at most half a minute, which is generous. In a virtual machine sleeping takes no real time.
 template <class Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 30'000; ++i) {

@@ -83,13 +83,13 @@ TEST_CASE("of reports that are wrong the kernel passes on only the long one and 
   ReferenceDriver driver(transport);
   Bytes report = input(1);
   report.pop_back();
-  device.send(report);  // short
+  device.send(report);  // too short
   report = input(2);
   report[0] = std::byte{9};
-  device.send(report);  // of an id that is not declared
+  device.send(report);  // with an id that is not declared
   report = input(3);
   report.resize(40, std::byte{0xEE});
-  device.send(report);  // long
+  device.send(report);  // too long
   settle();
   const DeviceSample sample = driver.read(RealTime{0});
   CHECK(sample.sequence == 3);
@@ -103,7 +103,7 @@ TEST_CASE("forces arrive at the device in order") {
   for (std::uint32_t sequence = 1; sequence <= 100; ++sequence) {
     sent.push_back(output(sequence));
     REQUIRE(transport.write(sent.back()) == HidWrite::ok);
-    REQUIRE(eventually([&] { return device.outputs().size() == sequence; }));  // uhid's own queue is 32 deep
+    REQUIRE(eventually([&] { return device.outputs().size() == sequence; }));  // the queue of uhid holds 32
   }
   CHECK(device.outputs() == sent);
   REQUIRE(eventually([&] { return transport.write_times().taken.count() == 100; }));

@@ -1,5 +1,5 @@
-/// The driver of force feedback devices on the kernel's own HID core and hidraw, before the firmware of the simulated
-/// device.
+/// The driver of force feedback devices on the kernel's own HID core and hidraw, with the firmware of the simulated device
+/// behind them.
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ SimulatedPidOptions pid_device(PidFlavour flavour) {
   return options;
 }
 
-/// Two axes of 0.4 m, 10 N.
+/// Two axes of 0.4 m and 10 N.
 PidOptions pid_options() {
   PidOptions options;
   options.travel_m = {0.4, 0.4, 0};
@@ -53,7 +53,8 @@ struct Bench {
     driver.write(force_N);
     return sample;
   }
-  /// Within a count of the magnitude, a ten-thousandth of 10 N, and what a direction of 8 bits turns of X to Y: 0.62 %.
+  /// True to within a count of the magnitude (a ten-thousandth of 10 N) and what a direction in 8 bits turns from X to Y
+  /// (0.62 %).
   bool renders(const glm::dvec3& force_N) {
     return glm::length(device.look([](auto& firmware) { return firmware.force_N(); }) - force_N) <
            1e-3 + 0.0063 * std::abs(force_N.x);
@@ -98,7 +99,7 @@ TEST_CASE("positions of a PID device arrive within a count of their field") {
     Bench bench(pid_device(flavour), pid_options(), Still{});
     REQUIRE(eventually([&] { return bench.read().fresh; }));
     CHECK(glm::length(bench.read().position_m) < 0.4 / 4095);
-    // From one end to the other in 0.8 s; the ends are held.
+    // The hand moves from one end to the other in 0.8 s, and positions end there.
     Bench moving(pid_device(flavour), pid_options(), ConstantVelocity{{0.5, -0.5, 0}, Duration{0}, {-0.2, 0.2, 0}});
     double last_m = -0.2;
     REQUIRE(eventually([&] {
@@ -129,7 +130,7 @@ TEST_CASE("a spring on a PID device pulls to its center") {
       bench.read();
       rendered = bench.driver.write_spring(spring);
       const glm::dvec3 force_N = bench.device.look([](auto& firmware) { return firmware.force_N(); });
-      // The hand is at 0; a coefficient, a center and a saturation are each a count off at most.
+      // The hand is at 0. The coefficient, the center and the saturation are each off by a count at most.
       return std::abs(force_N.x - 0.5) < 2e-3 && std::abs(force_N.y + 0.1) < 2e-3;
     }));
     CHECK(rendered.center_m.x == Approx(0.05).margin(1e-4));

@@ -1,6 +1,6 @@
-/// uhid_pid_player SECONDS VELOCITY_UM_PER_S TRAVEL_MM FULL_SCALE_N: the force feedback device (mask flavour, 1 kHz) on the
-/// kernel's own HID core, its hand in constant motion along x from the middle of its travel. Prints the node, runs so long,
-/// then says what its motors did and what is left of it. Its clock is the machine's.
+/// uhid_pid_player SECONDS VELOCITY_UM_PER_S TRAVEL_MM FULL_SCALE_N: simulates the force feedback device (mask flavour, 1
+/// kHz) on the kernel's own HID core. Its hand moves evenly along x from the middle of the travel. It prints the node, runs
+/// for SECONDS, then says what its motors did and what is left of the effects. Its clock is that of the machine.
 
 #include <sched.h>
 #include <time.h>
@@ -18,7 +18,7 @@ using namespace evenstep;
 int main(int argc, char** argv) {
   if (argc != 5) return std::fputs("uhid_pid_player SECONDS VELOCITY_UM_PER_S TRAVEL_MM FULL_SCALE_N\n", stderr), 2;
   const long seconds = std::atol(argv[1]);
-  // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
+  // This program stands for hardware, which waits for nobody. Without the right to this priority it may be late.
   const sched_param first{60};
   sched_setscheduler(0, SCHED_FIFO, &first);
   SimulatedPidOptions options;

@@ -1,6 +1,6 @@
-/// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant
-/// motion along x. Prints the node, reports at its rate for so long, each of them up to 1.4 periods late, then says what
-/// came back. Its clock is the machine's.
+/// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: simulates the reference device on the kernel's own HID core. Its hand
+/// moves evenly along x. It prints the node, sends reports at this rate for SECONDS, each up to 1.4 periods late, then says
+/// what came back. Its clock is that of the machine.
 
 #include <sched.h>
 #include <time.h>
@@ -16,7 +16,7 @@ using namespace evenstep;
 namespace {
 
 // Wherever the ticks are between two reports, some reports are the newest at the first tick after they were taken, and some
-// only at the second: of two in a row that are more than a period late the first one is.
+// only at the second: the first of two in a row that are more than a period late.
 constexpr int kLateTenths[] = {0, 10, 4, 14, 12, 8, 2, 6};
 
 }  // namespace
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   UhidDevice device(spec);
   std::printf("%s\n", device.node().c_str());
   std::fflush(stdout);
-  // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
+  // This program stands for hardware, which waits for nobody. Without the right to this priority it may be late.
   const sched_param first{60};
   sched_setscheduler(0, SCHED_FIFO, &first);
   timespec began{};

@@ -48,7 +48,7 @@ fs::path find_device(const std::string& unique) {
   return {};
 }
 
-/// Ten seconds of real time, or of a guest's.
+/// Waits for up to ten seconds, of real time or of a guest's time.
 template <class Find>
 std::string wait_for(Find find) {
   for (int i = 0; i < 1000; ++i) {
@@ -118,7 +118,7 @@ void UhidDevice::send(std::span<const std::byte> report) {
   put(fd_, event);
 }
 
-/// Answers the kernel until the device is destroyed.
+/// Answers requests of the kernel until the device is destroyed.
 void UhidDevice::serve() {
   while (!closing_) {
     pollfd waiting{fd_, POLLIN, 0};
@@ -156,7 +156,7 @@ bool UhidDevice::take_feature(const Bytes& report) {
   return !spec_.firmware || spec_.firmware->set_feature(report) == evenstep::HidWrite::ok;
 }
 
-/// Empty: refused.
+/// The feature report; empty if it is refused.
 Bytes UhidDevice::feature(std::uint8_t id) {
   if (spec_.firmware) {
     Bytes report(UHID_DATA_MAX, std::byte{id});

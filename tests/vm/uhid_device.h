@@ -21,9 +21,8 @@ class UhidDevice {
     std::uint32_t vendor = 0x1209, product = 0x0E57;
     std::string name = "evenstep reference device", serial = "SN0001";
     Bytes report_descriptor;
-    /// The firmware, which gets the output reports, and gets and answers the feature reports. Without it they are kept, and
-    /// answered as set by answer_feature. It is called under the device's mutex (with_firmware), and must outlive the
-    /// device.
+    /// The firmware receives the output reports, and receives and answers the feature reports. Without it they are kept, and
+    /// answered as answer_feature says. It is called under the device's mutex (with_firmware) and must outlive the device.
     evenstep::HidTransport* firmware = nullptr;
   };
   /// Why /dev/uhid cannot be opened; empty if it can.

@@ -15,7 +15,7 @@ class UhidPidDevice {
 
   /// Passes to the kernel everything that the firmware has to report by now: positions that are due, changes of its state.
   void report();
-  /// The result of `look` on the firmware, between two of its reports.
+  /// The result of `look`, which is called with the firmware between two of its reports.
   template <class Look>
   auto look(Look look) {
     return device_->with_firmware([&] { return look(*firmware_); });

@@ -1,7 +1,7 @@
-/// uinput_player MILLISECONDS VELOCITY_UM_PER_S : a force feedback device on the kernel's own input core, 1 m of travel to
-/// 2^31 counts, its hand in constant motion along x. Prints the node, reports a thousand times a second for so long, at
-/// uneven intervals of 0.4 ms to 2 ms, then says what came back. What it reports is where the hand is at the moment of the
-/// report.
+/// uinput_player MILLISECONDS VELOCITY_UM_PER_S : simulates a force feedback device on the kernel's own input core, with 1 m
+/// of travel in 2^31 counts. Its hand moves evenly along x. It prints the node, reports a thousand times a second for
+/// MILLISECONDS, at uneven intervals of 0.4 ms to 2 ms, then says what came back. A report has the position of the hand at
+/// the moment of the report.
 
 #include <sched.h>
 #include <time.h>
@@ -18,13 +18,13 @@ int main(int argc, char** argv) {
   UinputDevice device(kMost);
   std::printf("%s\n", device.node().c_str());
   std::fflush(stdout);
-  // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
+  // This program stands for hardware, which waits for nobody. Without the right to this priority it may be late.
   const sched_param first{60};
   sched_setscheduler(0, SCHED_FIFO, &first);
   timespec began{}, now{};
   clock_gettime(CLOCK_MONOTONIC, &began);
   for (long k = 0; k < reports; ++k) {
-    // Late by 0 to 1.26 ms: wherever the ticks are, the events that they read differ in age by 0.84 ms or more.
+    // Reports are late by 0 to 1.26 ms. Wherever the ticks are, the events that they read differ in age by 0.84 ms or more.
     const long long at_ns = began.tv_nsec + (k + 1LL) * 1'000'000 + 140'000 * (k * 3 % 10);
     const timespec at{began.tv_sec + at_ns / 1'000'000'000, static_cast<long>(at_ns % 1'000'000'000)};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {

@@ -25,7 +25,7 @@ const fs::path kHost = "/sys/devices/platform/vhci_hcd.0";
 constexpr std::uint32_t kSubmit = 1, kUnlink = 2, kSubmitted = 3, kUnlinked = 4;
 constexpr std::size_t kHeader = 48;
 constexpr std::int32_t kStall = -EPIPE;
-constexpr std::size_t kKept = 100;  // of the reports to the device
+constexpr std::size_t kKept = 100;  // how many reports to the device are kept
 
 using Octets = std::vector<std::uint8_t>;
 
@@ -50,8 +50,8 @@ Octets text_descriptor(const std::string& text) {
   return bytes;
 }
 
-/// The first "NAME*" below a folder of the USB device's HID device, once the kernel's PID driver has looked at it too: the
-/// nodes are there before, and "country" is made afterwards.
+/// The first "NAME*" below a folder of the USB device's HID device, after the kernel's PID driver has looked at it, too. The
+/// nodes exist before that, and "country" is made afterwards.
 std::string find_node(const std::string& below, const std::string& name) {
   for (int tries = 0; tries < 3000; ++tries) {
     std::error_code none;
@@ -91,7 +91,7 @@ UsbipPidDevice::UsbipPidDevice(const WallClock& clock, const SimulatedBoardOptio
 
 UsbipPidDevice::~UsbipPidDevice() {
   std::ofstream(kHost / "detach") << "0" << std::flush;
-  // vhci_hcd closes its end: the thread ends by itself.
+  // vhci_hcd closes its end, so the thread ends by itself.
   thread_.join();
   close(socket_);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));

@@ -1,9 +1,9 @@
 #pragma once
-/// A simulated force feedback board (simulated_board.h) as a full-speed USB device of this machine: served to the
-/// kernel's vhci_hcd over USB/IP, by a socket pair. So usbcore, usbhid and hid-pidff bind to it as to a real one; a uhid
-/// device does not get hid-pidff, which is a part of usbhid. Its interrupt endpoints pass one report a millisecond each way,
-/// as those of a full-speed device do. It needs the modules vhci-hcd and usbhid and the right to write to vhci_hcd's attach
-/// file.
+/// A simulated force feedback board (simulated_board.h) as a full-speed USB device of this machine. It is served to the
+/// kernel's vhci_hcd over USB/IP, through a socket pair. So usbcore, usbhid and hid-pidff bind to it as to a real device. (A
+/// uhid device does not get hid-pidff, which is a part of usbhid.) Its interrupt endpoints pass one report a millisecond
+/// each way, like those of every full-speed device. It needs the modules vhci-hcd and usbhid and the right to write to the
+/// `attach` file of vhci_hcd.
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 class UsbipPidDevice {
  public:
-  /// Why it cannot be; empty if it can.
+  /// Why there cannot be such a device here; empty if there can.
   static std::string refusal();
 
   UsbipPidDevice(const evenstep::WallClock& clock, const evenstep::SimulatedBoardOptions& options,
@@ -30,11 +30,11 @@ class UsbipPidDevice {
 
   std::string hidraw_node() const;  ///< "/dev/hidraw0"; empty after a generous wait
   std::string event_node() const;   ///< "/dev/input/event1", with force feedback; empty after a generous wait
-  glm::dvec3 force_N() const;       ///< that it renders now
-  /// When the device rendered another force than before, and when it last sent a position.
+  glm::dvec3 force_N() const;       ///< the force that it renders now
+  /// When the force that the device renders last changed, and when it last sent a position.
   evenstep::RealTime force_changed_at() const;
   evenstep::RealTime reported_at() const;
-  /// The first output reports with this id, of all first hundred.
+  /// The output reports with this id among the first hundred.
   std::vector<std::vector<std::uint8_t>> outputs(std::uint8_t id) const;
 
  private:

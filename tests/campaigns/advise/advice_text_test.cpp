@@ -45,7 +45,7 @@ TEST_CASE("a choice that needs more does not beat one that needs less") {
   CHECK(advice.choices[0].on_front);
   CHECK_FALSE(advice.choices[1].on_front);
   CHECK(advice.choices[1].dominated_by == std::vector<int>{3, 5});
-  CHECK(advice.choices[2].on_front);  // 4 is stiffer, but needs the solver's stiffness
+  CHECK(advice.choices[2].on_front);  // choice 4 is stiffer, but needs the solver's stiffness
   CHECK(advice.choices[3].on_front);
 }
 
@@ -82,7 +82,7 @@ TEST_CASE("the choice to use is smooth, late in nothing, loses nothing and needs
   advice.choices[2].drawings_lost = advice.choices[4].simulated_lost = 0.1;
   rank(advice);
   CHECK(choice_to_use(advice, true) == nullptr);
-  CHECK(choice_to_use(advice, false)->number == 2);  // rough, but it is what is left
+  CHECK(choice_to_use(advice, false)->number == 2);  // rough, but nothing else is left
 }
 
 TEST_CASE("without any choice the conclusion says that there is none") {
@@ -121,7 +121,7 @@ TEST_CASE("the words of an advice keep to the columns of the terminal, and the t
   for (std::string line; std::getline(lines, line);) {
     INFO(line);
     if (line.size() > 60) {
-      CHECK_THAT(wide, Contains(line + "\n"));  // of the table
+      CHECK_THAT(wide, Contains(line + "\n"));  // a line of the table
       ++rows;
     } else if (wide.find(line + "\n") == std::string::npos) {
       ++broken;
@@ -159,7 +159,7 @@ TEST_CASE("a map that predicts pays with how far it runs on, and is never what t
   advice.choices.push_back(predicted);
   rank(advice);
   CHECK(advice.choices[5].on_front);
-  CHECK(advice.choices[2].on_front);  // it is slower and no smoother, but does not run on
+  CHECK(advice.choices[2].on_front);  // slower and no smoother than choice 6, but does not run on
   CHECK(choice_to_use(advice, false)->number == 3);
   CHECK_THAT(advice_text(advice, 1000), Contains("At a stop it runs on by 12.3 ms of the hand's way."));
   const Json row = Json::parse(advice_json(advice))["choices"][5];

@@ -1,4 +1,4 @@
-// What `advise` says of a timing is what the scenario of each row gives, and what the laws and the sizing say.
+// What `advise` says of a timing agrees with what the scenario of each row gives, and with the laws and the sizing.
 #include "evenstep/campaigns/advise.h"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kRecorded = EVENSTEP_SOURCE_DIR "/scenarios/recorded/";
 
-/// A folder of its own for each test, removed at its end.
+/// A folder for one test, removed at the end of the test.
 struct TestFolder {
   static inline int count = 0;
   fs::path path = fs::temp_directory_path() / fmt::format("evenstep-advise-test-{}-{}", getpid(), ++count);
@@ -58,7 +58,7 @@ std::string part_of(const TestFolder& place, const std::string& name, std::size_
   return place.write(name + ".csv", format_timing_csv(first_segments(name, segments)));
 }
 
-/// The steps alone, at even gaps: nothing pauses.
+/// A list of steps at even gaps, without pauses.
 std::string without_pauses(const TestFolder& place) {
   std::string csv = "begin_ns,end_ns\n";
   for (std::int64_t n = 0; n < 3200; ++n) {
@@ -76,7 +76,7 @@ AdviseResult advised(const std::string& file, const AdviseOptions& options = {})
   return result;
 }
 
-/// One bandwidth, and no change of the simulator.
+/// Options with one bandwidth and no change of the simulator.
 AdviseOptions as_it_is() {
   AdviseOptions options;
   options.bandwidths = {{2, 1}};
@@ -90,7 +90,7 @@ double value_of(const RunOutcome& run, const AdviceChoice& choice, const char* d
   return run.metrics.at(fmt::format("{}.{}.{}", device, kind, choice.map)).at(metric);
 }
 
-/// The scenario that shows what runs on where a hand stops.
+/// Checks the scenario that shows how far something runs on when a hand stops.
 void check_stops(const std::string& folder, const AdviceChoice& choice) {
   const ReadResult scenario = read_scenario((fs::path(folder) / stops_file(choice)).string());
   REQUIRE(scenario);
@@ -100,7 +100,7 @@ void check_stops(const std::string& folder, const AdviceChoice& choice) {
   CHECK(value_of(run, choice, "stops", "interaction", "error_max") == choice.stop_error_m);
 }
 
-/// Runs the scenario of a row as `evenstep run` does, and compares.
+/// Runs the scenario of a row as `evenstep run` does, and compares the results with the row.
 void check_row(const std::string& folder, const AdviceChoice& choice) {
   INFO("choice " << choice.number << ": " << name_of(choice) << " " << choice.failure);
   REQUIRE(choice.failure.empty());
@@ -179,7 +179,7 @@ TEST_CASE("a scenario says with keys what a governor of a run can do, and these 
   const AdviseResult result = advised(file, options);
   const std::string folder = place.file("out");
   REQUIRE(write_advice_folder(folder, result, "again").empty());
-  // Without keys are own-lane, which no governor does, and a budget that [timing] governor refuses.
+  // Two timings have no keys: own-lane, which no governor can do, and a budget that `governor` in [timing] refuses.
   CHECK(result.timings.size() == 3);
   const std::vector<SegmentTiming> segments = first_segments(name, kSegments);
   std::size_t with_keys = 0;
@@ -244,7 +244,7 @@ TEST_CASE("what predict carries is the largest stiffness that study finds stable
     REQUIRE(scenario);
     CHECK(run_stiffness_limits(*scenario).limits.front().stable_N_per_m == choice.stiffness_N_per_m);
     CHECK(choice.comes_to_rest == true);
-    // It reads ahead of its slot by -c at least, from a sample that is up to a period old.
+    // It reads at least -c ahead of its slot, from a sample that is up to a period old.
     CHECK(choice.lead.ns < 0);
     CHECK(choice.runs_on_s <= 0.06);
     CHECK(choice.runs_on_s >= 0.5 * -seconds(choice.lead));
@@ -276,7 +276,8 @@ TEST_CASE("the search for what predict carries begins with what the map carries 
   CHECK(held_scenario.study.stiffness_limit->from_N_per_m == Approx(without.stiffness_N_per_m).epsilon(0.005));
   CHECK(held.stiffness_N_per_m > 2 * without.stiffness_N_per_m);
   CHECK(run_stiffness_limits(held_scenario).limits.front().runs <= 20);
-  // The local model carries as much with the map, which is where this search ends: then it begins at half of that.
+  // With the map, the local model carries as much as the value at which this search ends. Then the search begins at half of
+  // that.
   const auto [local, local_scenario] = row_of(folder, result, "predict", "local");
   const StiffnessSearch& search = *local_scenario.study.stiffness_limit;
   CHECK(search.from_N_per_m == Approx(search.to_N_per_m / 2).epsilon(0.005));
@@ -288,7 +289,7 @@ TEST_CASE("where predict carries less than the map without it, the search finds 
   const std::string folder = place.file("out");
   AdviseOptions options = as_it_is();
   options.renderers = {"hold"};
-  options.mass_kg = 5;  // it trades a negative damper for a negative mass, and this hand has little friction for its mass
+  options.mass_kg = 5;  // predict replaces a negative damper by a negative mass; this hand has little friction for its mass
   const AdviseResult result = advised(part_of(place, "paced30-pthread", 220), options);
   REQUIRE(write_advice_folder(folder, result, "again").empty());
   const auto [held, scenario] = row_of(folder, result, "predict", "hold");
@@ -337,7 +338,7 @@ TEST_CASE("latency and bound are those that size finds, and no latency is below 
     CHECK(choice.latency == use->any_phase.latency);
     CHECK(choice.lead == use->lead);
     CHECK(*choice.bound == use->path->latency);
-    // Samples are 1 ms apart and whole nanometres: the run shows the jump of the map, and little more.
+    // Samples are 1 ms apart and in whole nanometres, so the run shows the jump of the map and little more.
     CHECK(choice.jump_step == Approx(use->velocity_jump).margin(0.01));
     ++compared;
   }
@@ -354,7 +355,7 @@ TEST_CASE("the stiffness carried is that of the laws for the latency of the row"
   std::size_t held = 0, sprung = 0;
   for (const AdviceChoice& choice : result.record.choices) {
     INFO(name_of(choice));
-    if (choice.searched) continue;  // no law
+    if (choice.searched) continue;  // there is no law for it
     if ((choice.renderer == "hold" || choice.renderer == "linear") && !choice.adaptive) {
       CHECK(choice.stiffness_N_per_m == Approx(1.5 / choice.delay_s).epsilon(1e-9));  // K_max = b / L_e
       ++held;
@@ -386,7 +387,7 @@ TEST_CASE("the second latency is lower, and no more segments are late than were 
     CHECK(choice.accepted_rate == 0.05);
     CHECK(choice.late_any_phase > 0);
     CHECK(choice.late_any_phase <= 0.05);
-    CHECK(choice.underrun_rate <= 0.05 * 1.25);  // of the judged segments, which are fewer by the first second
+    CHECK(choice.underrun_rate <= 0.05 * 1.25);  // the share of judged segments, which exclude the first second
     const auto same = std::find_if(result.record.choices.begin(), result.record.choices.end(), [&](const AdviceChoice& one) {
       return one.accepted_rate == 0 && !one.adaptive && one.map == choice.map && one.bandwidth_Hz == choice.bandwidth_Hz &&
              one.renderer == choice.renderer;
@@ -408,7 +409,7 @@ TEST_CASE("a recording of a few seconds is not long enough to see a hand come to
   CHECK(more.record.notes.empty());
   for (const AdviceChoice& choice : more.record.choices) {
     INFO(name_of(choice));
-    // A pace of its own makes this recording, which idles, shorter.
+    // This recording idles. A choice with its own pace makes it shorter.
     if (choice.governor.empty() && choice.failure.empty()) CHECK(choice.comes_to_rest == true);
   }
 }

@@ -1,4 +1,4 @@
-// The front of choices, against its definition, and that what is beaten is beaten by the front.
+// The front of choices is as its definition says, and every choice that is beaten is beaten by one on the front.
 #include "evenstep/reports/pareto.h"
 
 #include <catch2/catch.hpp>
@@ -64,7 +64,7 @@ TEST_CASE("the front of 5000 random tables is that of the definition, ties inclu
       tied += ties.empty() ? 0 : 1;
     }
   }
-  // The tables have all of it.
+  // All three cases occur in the tables.
   CHECK(fronts > 10'000);
   CHECK(beaten > 10'000);
   CHECK(tied > 10'000);

@@ -1,4 +1,5 @@
-// What the parts of a run cost: intervals, pairs with the same bits, libraries opened elsewhere, every part named once.
+// What the parts of a run cost: intervals, pairs with the same bits, libraries that are opened in other processes, and every
+// part named once.
 
 #include "evenstep/campaigns/cost.h"
 
@@ -82,7 +83,7 @@ TEST_CASE("What opening takes is measured in another process, and this one is le
   CHECK(opened.error.empty());
   CHECK(opened.cpu_ms.low >= 20);
   CHECK(opened.resident_MiB.low >= 16);
-  CHECK(opened.resident_MiB.high < 8 * 16);  // a sanitizer keeps several bytes for each
+  CHECK(opened.resident_MiB.high < 8 * 16);  // a sanitizer keeps several bytes for each byte
   CHECK(touched.empty());
   CHECK(internal::opened_in_children([] { throw std::runtime_error("no such library"); }, 3).error == "no such library");
   CHECK_FALSE(internal::opened_in_children([] { _exit(0); }, 3).error.empty());

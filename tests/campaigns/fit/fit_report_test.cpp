@@ -1,4 +1,5 @@
-// What `evenstep fit` says: latencies by hand, a table that the reader accepts, and a verdict that order can overturn.
+// What `evenstep fit` says: latencies that are computed by hand, a table that the reader accepts, and a verdict that depends
+// on the order of segments.
 #include "evenstep/campaigns/fit_report.h"
 #include "cases.h"
 
@@ -28,7 +29,7 @@ std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::size_t 
   return segments;
 }
 
-/// The table in the smallest scenario around it.
+/// Reads the table in the smallest scenario that can contain it.
 ReadResult read_table(const std::string& table) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("evenstep-fit-" + std::to_string(getpid()) + ".toml");
@@ -39,7 +40,7 @@ ReadResult read_table(const std::string& table) {
   return result;
 }
 
-/// Every part of a fit in one schedule or another.
+/// Schedules that together have every part of a fit.
 std::vector<ProgrammedTiming> schedules() {
   const ProgrammedTiming base{.step = Duration{1 * ms}, .visualization_variation = 0.05, .step_variation = 0.01};
   std::vector<ProgrammedTiming> all(8, base);
@@ -63,7 +64,7 @@ std::vector<ProgrammedTiming> schedules() {
 }  // namespace
 
 TEST_CASE("latency_need of a periodic schedule is the closed form, in every window and over all of it") {
-  // 50 Hz, V 8 ms, 4 steps of 3 ms: L* = s + Z (1 - 1/N) = 3 + 8 * 3/4 ms.
+  // With 50 Hz, V = 8 ms and 4 steps of 3 ms, L* = s + Z (1 - 1/N) = 3 + 8 * 3/4 ms.
   const auto segments = play({.segment = {50, 1}, .visualization = {8 * ms}, .steps = {4}}, 200);
   const LatencyNeed need = latency_need(segments);
   CHECK(need.window_p50.ns == 9 * ms);
@@ -81,7 +82,7 @@ TEST_CASE("latency_need takes the median and the worst window: one long visualiz
   CHECK(need.window_p50.ns == 9 * ms);
   CHECK(need.window_p99.ns > 9 * ms);
   CHECK(need.window_p99.ns <= 14 * ms);
-  // Half of it on either side of a jump of 5 ms, after 60 % of the time: the line tilts to share it.
+  // A jump of 5 ms comes after 60 % of the time. The line tilts so that each side of the jump takes half of it.
   CHECK(need.whole.ns > 10 * ms);
   CHECK(need.whole.ns < 14 * ms);
   CHECK(latency_need({}).whole.ns == 0);
@@ -162,20 +163,20 @@ TEST_CASE("a recording of a known model is told to be one: model, recording and 
 }
 
 TEST_CASE("shuffling segments that do not depend on each other changes no window and no walk of the boundaries") {
-  // Boundaries walk 22 % of 11 ms a segment; windows of 250 ms hold ten of them. 1000 segments: 100 windows, medians 3 %
-  // apart.
+  // Boundaries walk at random by 22 % of 11 ms a segment, and a window of 250 ms holds ten of them. 1000 segments make 100
+  // windows, whose medians differ by 3 %.
   const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.22}, 1'000);
   const FitComparison comparison = compare(fit_timing(segments), segments, 15);
   const auto ratio = [](Duration a, Duration b) { return static_cast<double>(a.ns) / static_cast<double>(b.ns); };
   CHECK(ratio(comparison.shuffled_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
   CHECK(ratio(comparison.model_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
-  // The greatest distance of a random walk varies by half of itself from walk to walk.
+  // From one random walk to the next, the greatest distance varies by half of itself.
   CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) > 0.4);
   CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) < 2.5);
 }
 
 TEST_CASE("where a long slow wave is in the recording, order matters and replay is what is proposed") {
-  // V climbs from 11 to 15 ms within 5 s and falls again, twice: neither a drift nor two levels.
+  // V rises from 11 to 15 ms within 5 s and falls again, twice. That is neither a drift nor two levels.
   ProgrammedTiming wave{.step = Duration{1 * ms}, .visualization_variation = 0.02, .step_variation = 0.01};
   for (int i = 1; i < 80; ++i)
     wave.changes.push_back(
@@ -217,8 +218,9 @@ TEST_CASE("the JSON is JSON, and a file name comes back from it whole, whatever 
 
 namespace {
 
-/// A recording as no renderer makes it: each of its lengths is drawn from a few, among them 0, 1 ns and 20 s; two levels of
-/// V far apart; pauses; segments without a visualization or without steps; now and then a visualization beside its steps.
+/// A recording that no renderer would make. Its lengths are drawn from a few, among them 0, 1 ns and 20 s. It has two levels
+/// of V that are far apart, pauses, segments without a visualization or without steps, and now and then a visualization
+/// beside its steps.
 std::vector<SegmentTiming> odd_recording(std::uint64_t seed) {
   const RandomStream stream(seed, "fit.odd");
   std::uint64_t draw = 0;
@@ -296,8 +298,8 @@ TEST_CASE("a model is proposed for a shipped recording only if phase_locked need
     const double ratio = static_cast<double>(comparison.model_median.phase_locked.ns) / recorded;
     const bool proposed = fit_toml(fit, comparison, "x.csv").find("This model needs") != std::string::npos;
     CHECK((!proposed || std::abs(std::log(ratio)) < std::log(1.1)));
-    // Whatever the levels of V: the model has the recording's mean, but for what is beyond 5 deviations, or, with a lane of
-    // its own, what hits take of it.
+    // Whatever the levels of V are, the model has the mean of the recording, except for what is beyond 5 deviations. If the
+    // visualization has its own lane, it also differs by what hits take of it.
     if (fit.timing.order == SegmentOrder::concurrent) continue;
     double sum = 0, count = 0;
     for (const SegmentTiming& segment : *csv) {

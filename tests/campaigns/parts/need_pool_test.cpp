@@ -1,4 +1,5 @@
-// The pool of needs against all needs: the same latencies, in the memory of the underruns that are allowed.
+// The pool of needs gives the same latencies as a list of all needs, but takes memory only for the underruns that are
+// allowed.
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -12,7 +13,7 @@ TEST_CASE("A pool of the deciding needs gives the latencies of all needs for eve
   const RandomStream stream(3, "need.pool");
   std::uint64_t draw = 0;
   std::vector<SegmentNeed> all;
-  for (int i = 0; i < 300'000; ++i) {  // more than the pool keeps at once; few values, so that many are equal
+  for (int i = 0; i < 300'000; ++i) {  // more than the pool keeps at once; only a few values, so that many are equal
     const auto range = i % 3 == 0 ? 50U : 50'000U;
     all.push_back({{static_cast<std::int64_t>(stream.bits(draw++) % range)},
                    {static_cast<std::int64_t>(stream.bits(draw++) % range)}});

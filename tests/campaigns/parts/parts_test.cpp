@@ -1,5 +1,5 @@
-// Studies, sizings and the catalogue in shards: what is certain is the same in any number of shards, in any order, also
-// after a shard was killed.
+// Studies, sizings and the catalogue in shards. Apart from what is measured, the result is the same in any number of shards,
+// in any order, also after a shard was killed.
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -28,7 +28,7 @@ namespace {
 
 const std::string kScenarios = std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/";
 
-/// One kind of work: does a part with these options.
+/// A kind of work. `run` does the part that its options name.
 struct Kind {
   std::string name;
   std::int64_t items;
@@ -78,8 +78,8 @@ std::vector<Kind> kinds(const std::string& sized) {
            [](const PartOptions& part) { return run_catalogue(catalogue_options(part), [](CatalogueEntry&) {}); }}};
 }
 
-/// How many of these are tried. The catalogue's runs take a minute with sanitizers, and its parts are written and read as
-/// the others'.
+/// How many of these kinds are tried. With sanitizers the runs of the catalogue would take a minute, and its parts are
+/// written and read like the others.
 constexpr std::size_t kKinds = testing::kSanitized ? 2 : 3;
 
 PartOptions options(const std::string& folder, Shard shard = {}, bool resume = false) {
@@ -91,7 +91,7 @@ PartOptions options(const std::string& folder, Shard shard = {}, bool resume = f
   return out;
 }
 
-/// The lines without what was measured, and so without their checksums.
+/// The lines without what was measured, and therefore without their checksums.
 std::vector<std::string> certain(const std::string& file) {
   std::vector<std::string> lines;
   std::istringstream text(contents(file));
@@ -117,7 +117,7 @@ std::vector<std::string> shards(const Kind& kind, const Folder& folder, int of) 
   return parts;
 }
 
-/// No number where a cell has diverged.
+/// The same value, or both not a number, as where a cell has diverged.
 bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 std::size_t lines_in(const std::string& file) {
@@ -158,7 +158,7 @@ TEST_CASE("Studies and sizings and the catalogue are the same in two and seven s
       if (kind.name != "study") CHECK(contents(out) == contents(one.file));  // nothing in it is measured
       CHECK(kind_of_part(out) == kind.name);
     }
-    // One process that finds the merged lines only reads them.
+    // A process that finds the merged lines only reads them.
     const std::string bytes = contents(folder / fmt::format("merged-{}-0/{}.jsonl", of, kind.name));
     const PartOutcome read = kind.run(options(folder / fmt::format("merged-{}-0", of), {}, true));
     CHECK(read.exit == one.exit);
@@ -210,14 +210,14 @@ TEST_CASE("A shard of any work that was killed and goes on loses no line and giv
   INFO(kind.name);
   const std::vector<std::string> parts = shards(kind, folder, 2);
   const std::string file = folder / fmt::format("killed/{}-1-of-2.jsonl", kind.name), partial = file + ".partial";
-  for (const std::size_t least : {2U, 3U}) {  // lines that are there when it is killed
+  for (const std::size_t least : {2U, 3U}) {  // how many lines are there when the process is killed
     std::filesystem::remove_all(folder / "killed");
     const pid_t child = ::fork();
     if (child == 0) {
       kind.run(options(folder / "killed", {1, 2}));
       ::_exit(0);
     }
-    while (lines_in(partial) < least && ::waitpid(child, nullptr, WNOHANG) == 0)  // or it has ended
+    while (lines_in(partial) < least && ::waitpid(child, nullptr, WNOHANG) == 0)  // or the process has ended
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
@@ -258,7 +258,7 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
   CHECK(merged.reference.estimate[StudyQuantity::force] == whole.reference.estimate[StudyQuantity::force]);
   CHECK(merged.machine == whole.machine);
 
-  // The same lines, one of them measured elsewhere.
+  // The same lines, but one of them was measured on another machine.
   std::istringstream lines(contents(outcome.file));
   std::string changed;
   for (std::string line; std::getline(lines, line);) {
@@ -299,7 +299,7 @@ TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run
   });
   CHECK(count == 3);
   CHECK(outcome.exit == ExitCode::pass);
-  // A cell that was not as it must be fails, though every line is whole.
+  // A wrong cell makes the whole fail, although every line is undamaged.
   std::istringstream lines(contents(outcome.file));
   std::string changed;
   for (std::string line; std::getline(lines, line);) {
@@ -344,9 +344,9 @@ TEST_CASE("The segments of all seeds are one sample for the rate") {
   CHECK(segments > 100);
   CHECK(pooled->rate->allowed == segments * 2 / 100);
   CHECK(pooled->rate->any_phase.underruns <= pooled->rate->allowed);
-  // One seed may set the lead of all, and another one the delay; two in a hundred may be late.
+  // One seed may set the lead of all and another seed the delay. But two segments in a hundred may be late.
   CHECK(pooled->rate->any_phase.latency.ns < (longest_lead + longest_delay).ns);
-  // With another rate the same lines answer; nothing is run again.
+  // The same lines give the answer for another rate; nothing is run again.
   SizeSeedsOptions never = size_options(options(folder / "size", {}, true));
   never.rate = 1e-6;
   const SizeSeedsOutcome strict = size_seeds(sized, never);
@@ -382,7 +382,7 @@ TEST_CASE("The status of any work is read from its parts") {
   REQUIRE(status->parts.size() == 1);
   CHECK(status->parts[0].ended);
   CHECK_THAT(parts_status(folder / "parts", "study").error(), Contains("has no part of a study"));
-  // Those of another division would be counted twice.
+  // The items of another division would be counted twice.
   kind.run(options(folder / "parts", {2, 4}));
   CHECK_THAT(parts_status(folder / "parts", "size").error(), Contains("is of 4 shards, but the files before it are of 3"));
 }

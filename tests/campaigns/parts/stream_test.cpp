@@ -1,4 +1,4 @@
-// Merges of generated parts of a study: as many as no process can have open, and as many items as there may be.
+// Merges of generated parts of a study, with more parts than a process can have open, and with as many items as allowed.
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -78,7 +78,7 @@ TEST_CASE("A merge replaces none of its parts and nothing that is no file") {
   CHECK_THAT(onto_a_pipe.errors.front().message, Catch::Contains("is no file"));
   CHECK(std::filesystem::is_fifo(pipe));
   CHECK(merge_parts(parts, folder / "merged.jsonl").exit == ExitCode::pass);
-  CHECK(merge_parts(parts, folder / "merged.jsonl").exit == ExitCode::pass);  // it may be made again
+  CHECK(merge_parts(parts, folder / "merged.jsonl").exit == ExitCode::pass);  // a merge may be repeated
 }
 
 TEST_CASE("Ten million cells of ten thousand shards merge in half a gigabyte of memory", "[million]") {

@@ -1,4 +1,4 @@
-// A recording of a solver: in virtual time, with a solver whose steps take a time of the test's choice.
+// A recording of a solver, in virtual time. The test chooses how long the steps of the solver take.
 #include "evenstep/campaigns/record_solver.h"
 
 #include <catch2/catch.hpp>
@@ -22,7 +22,7 @@ class MadeLog final : public CommandLog {
   std::vector<DeviceCommand> commands;
 };
 
-/// Step n takes `lengths_ns[n]`, the last of them again and again.
+/// Step n takes `lengths_ns[n]`; further steps take as long as the last one.
 class TimedSolver final : public Solver {
  public:
   explicit TimedSolver(std::vector<std::int64_t> lengths_ns) : lengths_ns_(std::move(lengths_ns)) {}
@@ -117,7 +117,7 @@ TEST_CASE("A solver that is too slow for the rate begins its segments late, and 
   CHECK(rows(recording) ==
         "0,visualization,0,0,3000000\n0,step,0,3000000,8000000\n0,step,1,8000000,13000000\n"
         "1,visualization,0,13000000,16000000\n1,step,0,16000000,21000000\n1,step,1,21000000,26000000\n");
-  CHECK(recording.late_segments == 2);  // the third, which the end cut off, too
+  CHECK(recording.late_segments == 2);  // including the third, which the end cut off
   CHECK(recording.latest == Duration{6'000'000});
 }
 
@@ -208,7 +208,7 @@ TEST_CASE(
   TimedSolver solver({1'000'000});
   solver.log.emplace();
   solver.log->commands = {command("warm-up", 1, 2, 3, 4)};
-  // Two kernels that overlap by 100 us, then nothing for 200 us, then a read: 900 us in all, of which 600 busy.
+  // Two kernels overlap by 100 us, then nothing happens for 200 us, then comes a read: 900 us in all, 600 of them busy.
   const std::uint64_t zero = 1ULL << 62U;
   solver.of_each_step = {command("advance", zero, zero + 10'000, zero + 100'000, zero + 500'000),
                          command("force", zero + 5'000, zero + 20'000, zero + 400'000, zero + 600'000),

@@ -1,4 +1,4 @@
-// The bounds of `evenstep size`, and how near the default map is to them on every recording that is shipped.
+// The bounds of `evenstep size`, and how near the default map comes to them on every shipped recording.
 #include "evenstep/campaigns/size.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
@@ -52,7 +52,7 @@ TEST_CASE("on every recording the default map's velocity jump is below 0.15 step
     const char* recording;
     double most;
   };
-  // The goal is 1.2. Where there is no cycle it is not reached.
+  // The goal is 1.2. It is not reached where there is no cycle.
   for (const Row& row : {Row{"small-paced30-basic", 1.2},
                          {"paced30-pthread", 1.2},
                          {"paperlike-free-basic", 1.2},

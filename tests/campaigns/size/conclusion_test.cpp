@@ -1,4 +1,4 @@
-// What `size` prints to be pasted is a scenario that is accepted, needs just that latency, and has no underrun with it.
+// What `size` prints for pasting makes a scenario that is accepted, needs exactly that latency and has no underrun with it.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -22,7 +22,7 @@ struct Pasted {
   RunOutcome run;
 };
 
-/// Sizes the recording, and runs a scenario that has what was printed.
+/// Sizes the recording, and runs a scenario that contains what was printed.
 Pasted pasted(const std::string& recording, const RecordingOptions& options = {}) {
   Pasted out;
   SizeResult sized = size_recording(recording, {}, options);

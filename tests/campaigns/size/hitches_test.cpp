@@ -1,4 +1,4 @@
-// Hitches that were put into a schedule come back as kinds, each with its count and lengths, and mending a kind gives the
+// Hitches that were put into a schedule are found as kinds, each with its count and lengths. Mending a kind gives the
 // schedule without it.
 #include "cases.h"
 #include "size_hitches.h"
@@ -15,7 +15,7 @@ namespace {
 
 using What = SizeHitches::What;
 
-/// What is put in: segment `segment` has a visualization, a third step, or a gap before its third step that is longer by
+/// A hitch that is put in: in this segment the visualization, the third step, or the gap before the third step is longer by
 /// `excess`.
 struct Put {
   std::size_t segment = 0;
@@ -23,8 +23,8 @@ struct Put {
   Duration excess;
 };
 
-/// 10 ms of visualization and 10 steps of 2 ms, back to back, with jitter by seed. If `grid`, segments begin every 40 ms or
-/// when the one before is over; otherwise one follows the other.
+/// 10 ms of visualization and 10 steps of 2 ms, back to back, with jitter that depends on the seed. With `grid`, a segment
+/// begins every 40 ms or, if that is later, when the one before is over. Without it, segments follow each other at once.
 std::vector<SegmentTiming> schedule(std::size_t count, const std::vector<Put>& puts, std::uint64_t jitter_seed, bool grid) {
   const RandomStream jitter(jitter_seed, "hitches.test");
   const auto varied = [&](std::uint64_t draw, std::int64_t ns) {
@@ -67,7 +67,7 @@ bool same(const std::vector<SegmentTiming>& a, const std::vector<SegmentTiming>&
   return a.size() == b.size();
 }
 
-/// `kinds` kinds of hitches, 1 to 10 of each, in segments of their own, each kind at least twice as long as the next one.
+/// Several kinds of hitches, 1 to 10 of each, in separate segments. Each kind is at least twice as long as the next one.
 struct Programmed {
   std::vector<std::vector<Put>> kinds;
   std::vector<Put> without(std::size_t kind) const {
@@ -114,7 +114,7 @@ TEST_CASE("hitches that were put in come back kind by kind and mended is the sch
       wrong += seen.size() != put.kinds[kind].size();
       for (const SeenHitch& hitch : seen)
         wrong += hitch.what != put.kinds[kind].front().what || hitch.excess != put.kinds[kind].front().excess;
-      // With a grid a segment that is late for two kinds would be caught up in part; without one nothing waits.
+      // Only without a grid, where nothing waits. With one, a segment that is late for two kinds would be caught up in part.
       if (i % 2 != 0) wrong += !same(found.mended(kind, 1), schedule(480, put.without(kind), 0, false));
     }
     wrong += !same(found.mended(0, put.kinds.size()), schedule(480, {}, 0, i % 2 == 0));

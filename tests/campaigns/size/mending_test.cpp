@@ -1,4 +1,4 @@
-// Who is blamed for a late step, and that mending it is worth what is said: the schedule without the fault is at hand.
+// What is blamed for a late step, and whether mending it wins what is said. The tests know the schedule without the fault.
 #include "size_mend.h"
 
 #include "traces.h"
@@ -23,7 +23,7 @@ void push_back(SegmentTiming& segment, std::size_t from_step, Duration by) {
     segment.steps[i] = {segment.steps[i].begin + by, segment.steps[i].end + by};
 }
 
-/// The visualization of segment k takes `by` longer; what follows waits, as far as there is no idle time.
+/// Makes the visualization of segment k longer by `by`. What follows waits, as far as there is no idle time.
 void lengthen_visualization(std::vector<SegmentTiming>& segments, std::size_t k, Duration by, bool all_after) {
   segments[k].visualization->end = segments[k].visualization->end + by;
   push_back(segments[k], 0, by);
@@ -44,13 +44,13 @@ bool same_steps(const std::vector<SegmentTiming>& a, const std::vector<SegmentTi
   return a.size() == b.size();
 }
 
-/// What the segments are while the culprit is mended.
+/// The segments as they are while the culprit is mended.
 std::vector<SegmentTiming> mended(std::vector<SegmentTiming> segments, std::int64_t step) {
   Mending mending(segments);
   const std::vector<SegmentTiming> before = segments;
   std::vector<SegmentTiming> seen;
   REQUIRE(mending.mended(mending.blame(step), [&] { seen = segments; }));
-  CHECK(same_steps(segments, before));  // and put back
+  CHECK(same_steps(segments, before));  // they are put back afterwards
   return seen;
 }
 
@@ -106,18 +106,18 @@ TEST_CASE("a step that ran long is mended by its own length and a pause between 
   }
   CHECK(same_steps(mended(late, 205), with_idle(40)));
   auto paused = with_idle(40);
-  push_back(paused[20], 3, {200'000});  // below 1 % of the segment: not idle time
+  push_back(paused[20], 3, {200'000});  // below 1 % of the segment, so it does not count as idle time
   CHECK(same_steps(mended(paused, 205), with_idle(40)));
 }
 
 TEST_CASE("without visualizations the pause is the gap and only free running segments move up") {
   auto free = back_to_back(40);
-  for (std::size_t k = 0; k < 40; ++k)  // lengths that differ by 10 % keep no time
+  for (std::size_t k = 0; k < 40; ++k)  // lengths that differ by 10 % are not paced
     lengthen_visualization(free, k, {static_cast<std::int64_t>(k % 3) * 3 * ms}, true);
   auto late = free;
   lengthen_visualization(late, 20, {7 * ms}, true);
   const auto seen = mended(without_visualizations(late), 209);
-  // Segment 20 has a pause of 16 ms, and 23 where it is late; the usual one is 13.
+  // Segment 20 has a pause of 16 ms, and of 23 ms where it is late. The usual pause is 13 ms.
   lengthen_visualization(free, 20, {-3 * ms}, true);
   CHECK(same_steps(seen, without_visualizations(free)));
 

@@ -1,4 +1,4 @@
-// The least latency for a rate of underruns: against every lead, and against the count that a run is judged by.
+// The least latency for a rate of underruns, compared with every possible lead and with the count by which a run is judged.
 #include <algorithm>
 
 #include "evenstep/harness/underrun_rate.h"
@@ -44,7 +44,7 @@ TEST_CASE("of up to eight segments no lead and latency is better than the least 
   std::uint64_t draw = 0;
   for (int round = 0; round < 4000; ++round) {
     std::vector<SegmentNeed> needs(1 + stream.bits(draw++) % 8);
-    for (SegmentNeed& need : needs) {  // few values, so that many are equal
+    for (SegmentNeed& need : needs) {  // only a few values, so that many are equal
       need.lead = {static_cast<std::int64_t>(stream.bits(draw++) % 12) - 4};
       need.delay = {static_cast<std::int64_t>(stream.bits(draw++) % 12) - 4};
     }
@@ -117,7 +117,7 @@ TEST_CASE("the most underruns that bound a rate are those of a search through al
 }
 
 TEST_CASE("a recording is sure of a rate only with as many clean segments as that takes and says so") {
-  const auto segments = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 60);  // one acquires
+  const auto segments = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 60);  // the first acquires
   SizeOptions options{.rate = 0.05, .confidence = 0.95};
   const SizeRecord enough = size_segments(segments, "", options);
   CHECK(enough.clean_segments == 59);  // 1 - 0.05^(1/59) = 4.95 %

@@ -1,4 +1,4 @@
-// The cycle of the shipped recordings, found without their visualizations and segments, against what the files say.
+// The cycle that is found in the shipped recordings without their visualizations and segments, compared with the files.
 #include <algorithm>
 
 #include "evenstep/recordings/timing_csv.h"
@@ -11,7 +11,7 @@ namespace {
 
 struct Recorded {
   std::vector<StepTimes> steps;
-  std::vector<std::size_t> boundaries;  ///< steps that begin a segment of the file, but the first
+  std::vector<std::size_t> boundaries;  ///< steps that begin a segment of the file, except the first
 };
 
 Recorded recorded(const std::string& name) {
@@ -36,7 +36,7 @@ TEST_CASE("the cycle of six recordings and their boundaries are found in the ste
     REQUIRE(cycle.found);
     CHECK(cycle.steps_per_segment == 15);
     CHECK(cycle.confidence > 0.99);
-    // A pause in the middle of a segment looks like any other: at most one in a hundred boundaries is not the file's.
+    // A pause in the middle of a segment looks like any other pause. At most one boundary in a hundred is not in the file.
     std::vector<std::size_t> common;
     std::set_intersection(cycle.boundaries.begin(), cycle.boundaries.end(), file.boundaries.begin(), file.boundaries.end(),
                           std::back_inserter(common));

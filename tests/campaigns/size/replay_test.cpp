@@ -1,4 +1,4 @@
-// A recording needs the same whether it is sized by itself or replayed by a scenario, up to its last step.
+// A recording needs the same latency whether it is sized by itself or replayed by a scenario, including its last step.
 #include <unistd.h>
 
 #include <filesystem>
@@ -53,7 +53,7 @@ TEST_CASE("the last step of a recording counts in its replay: 18 ms more for it 
   const Replay replay(format_timing_csv(segments));
   const Scenario scenario = replay.scenario();
   const Duration recorded = least_latency(size_recording(replay.recording(), {}));
-  // Step 14 ends 2.222 ms after the begin of its slot: 18 ms later that is 20.222 ms, and with a lead of 0.26 ms 20.482 ms.
+  // Step 14 ends 2.222 ms after the begin of its slot. 18 ms later it is 20.222 ms, and with a lead of 0.26 ms 20.482 ms.
   CHECK(std::abs(recorded.ns - 20'482'221) <= 2);
   CHECK(least_latency(size_scenario(scenario, {})) == recorded);
   const RunOutcome run = run_scenario(scenario, {});

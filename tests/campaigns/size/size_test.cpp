@@ -1,4 +1,4 @@
-// What `evenstep size` says, against the formulas and against what it is made of.
+// What `evenstep size` says, compared with the formulas and with the functions of which it is made.
 #include "evenstep/campaigns/size.h"
 
 #include <algorithm>
@@ -64,7 +64,7 @@ TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every win
   const SizeRecord record = size_segments(play(kReference, 300), "reference", {});
   CHECK(record.steps == 4500);
   CHECK(record.segments == 300);
-  CHECK(record.held.best_line.latency.ns == 12'842'223);  // s + Z (1 - 1/N) + h - 1 ns, ceil of floors
+  CHECK(record.held.best_line.latency.ns == 12'842'223);  // s + Z (1 - 1/N) + h - 1 ns, the ceiling of floors
   CHECK(record.held.taut_string.latency.ns == 1'482'223 + 999'999);
   CHECK(record.held.best_line.windows.p50.ns == 12'842'223);
   CHECK(record.held.best_line.windows.most.ns == 12'842'223);
@@ -72,11 +72,11 @@ TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every win
   for (const char* name : {"paper", "phase_locked"}) {
     const SizeStrategy& one = strategy(record, name);
     CHECK(std::abs(one.any_phase.latency.ns - 12'842'222) <= 1);
-    CHECK(std::abs(one.latency_this_phase.ns - 12'693'333) <= 1);  // a tick at the begin of segment 0
+    CHECK(std::abs(one.latency_this_phase.ns - 12'693'333) <= 1);  // a tick is at the begin of segment 0
     CHECK(std::abs(one.lead.ns - 260'000) <= 1);
     CHECK(one.interaction_capacity == 14);
     CHECK(one.force_capacity == 7);
-    // Half a slot, the mean of 4499 distances: they are one pause of 10.4 ms short, 2.3 us each.
+    // Half a slot is added, from the mean of 4499 distances. They lack one pause of 10.4 ms, which makes 2.3 us each.
     CHECK(std::abs(one.any_phase.total_delay.ns - (12'842'222 + 1'111'111)) <= 1'200);
     // b / (h/2 + L + tau/2): 1 / 14.453 ms
     CHECK(one.any_phase.stiffness_limit_N_per_m == Approx(69.2).margin(0.01));
@@ -134,10 +134,11 @@ TEST_CASE("every number is what the oracle and the budgets say of 150 random tim
       REQUIRE(one.any_phase.culprit.step == any.latency_culprit);
       REQUIRE(one.interaction_capacity == static_cast<std::int64_t>(any.interaction_capacity));
       REQUIRE(one.force_capacity == static_cast<std::int64_t>(any.force_capacity));
-      // Not so of `paper`: a window begins anew, without the repair of a force that stepped back before it.
+      // This does not hold for `paper`: a window begins without the repair of a force that stepped back before the window.
       if (one.name == "phase_locked") REQUIRE(one.any_phase.windows.most <= one.any_phase.latency);
       REQUIRE(one.any_phase.windows.p50 <= one.any_phase.windows.p99);
-      // No scheme beats the taut string. A map is not judged before its first complete segment: the string here is whole.
+      // No scheme beats the taut string. A map is judged only from its first complete segment on, so the string here is
+      // taken over the same steps.
       std::vector<StepTimes> judged;
       for (const MappedStep& step : maps[i]) judged.push_back({step.begin, step.end});
       REQUIRE(one.any_phase.latency >= least_path(judged).latency + Duration{999'999});
@@ -173,7 +174,7 @@ TEST_CASE("the windows of every row are those of its steps taken alone and their
     const SizeBounds& bounds = record.linear ? *record.linear : record.held;
     CHECK(found(bounds.best_line.windows) == ranks(lines));
     CHECK(found(bounds.taut_string.windows) == ranks(paths));
-    // Interpolated, what is late is the end of the step behind.
+    // With interpolation, it is the end of the following step that is late.
     const std::int64_t behind = emission == Emission::linear ? 1 : 0;
     CHECK(bounds.best_line.culprit.step == best_line(steps).latency_culprit + behind);
     CHECK(bounds.taut_string.culprit.step == least_path(steps).latency_culprit + behind);
@@ -192,7 +193,7 @@ TEST_CASE("a step that ends with the run or after it is not judged and one that 
   scenario.timing.programmed = {
       .segment = {1000, 32}, .visualization = {8 * ms}, .steps = {16}, .step = Duration{1'500'000}};
   scenario.devices.emplace_back();
-  const std::int64_t end = 10 * 32 * ms;  // of the last step of segment 9
+  const std::int64_t end = 10 * 32 * ms;  // the end of the last step of segment 9
   for (const std::int64_t more : {-1, 0, 1}) {
     scenario.run_duration = {end + more};
     CHECK(size_scenario(scenario, {}).record.steps == (more > 0 ? 160 : 159));
@@ -211,7 +212,7 @@ TEST_CASE("a bare list has the bounds of its recording and the segments of the c
   REQUIRE(bare->size() == 1);
   const SizeRecord with = size_segments(segments, "", {}), without = size_segments(*bare, "", {});
   CHECK(without.segments_from == "cycle");
-  CHECK(without.segments == 100);  // it begins with the first of 8 steps
+  CHECK(without.segments == 100);  // the list begins with the first of 8 steps
   CHECK(without.left_out == 0);
   CHECK(without.held.best_line.latency == with.held.best_line.latency);
   CHECK(without.held.taut_string.latency == with.held.taut_string.latency);

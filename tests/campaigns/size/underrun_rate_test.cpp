@@ -1,4 +1,4 @@
-// The rate that the map alone predicts is the one that a run of scheduler, device and solver measures.
+// The rate that is predicted from the map alone is the rate that a run with scheduler, device and solver measures.
 #include "evenstep/harness/underrun_rate.h"
 
 #include "evenstep/harness/run.h"
@@ -22,7 +22,8 @@ Scenario spring(const std::vector<std::string>& set) {
   return scenario;
 }
 
-/// Every map, side and device of a run against the count from the map alone; how many segments had an underrun.
+/// Compares every map, side and device of a run with the count from the map alone. Returns how many segments had an
+/// underrun.
 std::int64_t compare(const Scenario& scenario) {
   const RunOutcome run = run_scenario(scenario, {});
   INFO(run.failure);
@@ -53,7 +54,7 @@ TEST_CASE("a run under jitter has underruns in as many segments as the map alone
                              std::string("remap={ lead = \"") + lead + "\", " + latency + " }"}));
     }
   }
-  CHECK(hit > 100);  // or nothing was compared
+  CHECK(hit > 100);  // otherwise hardly anything was compared
 }
 
 TEST_CASE("a replayed recording has underruns in as many segments as the map alone counts") {

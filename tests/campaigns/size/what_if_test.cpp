@@ -114,7 +114,7 @@ TEST_CASE("a what-if that has no meaning says why", "[what-if]") {
 }
 
 TEST_CASE("split needs what a schedule of so many times as many segments needs, in closed form", "[what-if]") {
-  // T = 1/30 s, V = 11.1 ms, N = 15: with K parts each has Z = V/K and N/K steps, so L = s + Z (1 - K/N) + h - 1 ns.
+  // T = 1/30 s, V = 11.1 ms, N = 15. Each of K parts has Z = V/K and N/K steps, so L = s + Z (1 - K/N) + h - 1 ns.
   ProgrammedTiming programmed;
   programmed.visualization = {11'100'000};
   const std::vector<SegmentTiming> segments = play(programmed, 300);
@@ -207,7 +207,7 @@ TEST_CASE("a percentile of the pace is one of the times that the work takes", "[
   programmed.steps = {5};
   programmed.segment = {50, 1};
   std::vector<SegmentTiming> segments = play(programmed, 300);
-  for (std::size_t k = 270; k < 300; ++k) {  // a tenth of them takes 10 ms more
+  for (std::size_t k = 270; k < 300; ++k) {  // a tenth of the segments takes 10 ms more
     const Duration by{static_cast<std::int64_t>(k - 270) * 10 * ms};
     SegmentTiming& segment = segments[k];
     segment.begin = segment.begin + by;
@@ -218,13 +218,13 @@ TEST_CASE("a percentile of the pace is one of the times that the work takes", "[
   CHECK(applied("pace 90 %", segments).pace == Duration{20 * ms});
   CHECK(applied("pace 91 %", segments).pace == Duration{30 * ms});
   CHECK(evenstep::apply(parsed("pace 100 %"), segments, true)->pace ==
-        Duration{20 * ms});  // nothing else within the first 2 s
+        Duration{20 * ms});  // there is nothing else within the first 2 s
   CHECK(applied("pace 100 %", segments).price.segments_lost > 0.2);
 }
 
 TEST_CASE("what helps and what does not on a recording that runs freely", "[what-if]") {
   const SizeRecord record = sized("regime-free-basic", {"split 3", "budget 20 ms merge", "pace 90 %"});
-  REQUIRE(record.what_ifs.size() == 5);  // a percentile has a second row
+  REQUIRE(record.what_ifs.size() == 5);  // the percentile has two rows
   const Duration as_is = phase_locked(record.what_ifs[0]).latency;
   CHECK(as_is == strategy(record, "phase_locked").any_phase.latency);
   CHECK(record.what_ifs[0].pause_bound == record.held.pause);

@@ -1,4 +1,4 @@
-// What to use for a wanted error, and the texts of a study, on records written here.
+// What to use for a wanted error, and the texts of a study, for records that are written here.
 #include <algorithm>
 
 #include "evenstep/campaigns/felt_study.h"

@@ -1,5 +1,6 @@
-// The reference of a study against SUNDIALS CVODE (Adams, variable order and step): another solver, and the tissue's
-// equations written once more from their definition, with positions instead of displacements and a list of springs.
+// The reference of a study, compared with SUNDIALS CVODE (Adams, variable order and step). That is another solver, and the
+// equations of the tissue are written again from their definition, with positions instead of displacements and a list of
+// springs.
 #include <cvode/cvode.h>
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
@@ -53,7 +54,7 @@ class Block {
     return held_[i] ? tool_m_per_s_ : glm::dvec3(0);
   }
 
-  /// Of spring and damper on every particle.
+  /// The forces of springs and dampers on every particle.
   std::vector<glm::dvec3> forces_N(double t, const double* y) const {
     std::vector<glm::dvec3> forces(rest_m_.size(), glm::dvec3(0));
     for (const auto& [i, j] : springs_) {
@@ -128,7 +129,7 @@ StudyTrace solve(Block& block, const Scenario& scenario, const StudyPlan& plan, 
   void* memory = CVodeCreate(CV_ADAMS, context);
   REQUIRE(CVodeInit(memory, right_hand_side, 0, y) == CV_SUCCESS);
   REQUIRE(CVodeSetUserData(memory, &block) == CV_SUCCESS);
-  REQUIRE(CVodeSStolerances(memory, tolerance, tolerance * 1e-4) == CV_SUCCESS);  // motions of 1e-3 m, 1e-1 m/s
+  REQUIRE(CVodeSStolerances(memory, tolerance, tolerance * 1e-4) == CV_SUCCESS);  // for motions of 1e-3 m and 1e-1 m/s
   REQUIRE(CVodeSetMaxNumSteps(memory, 1'000'000) == CV_SUCCESS);
   SUNNonlinearSolver iteration = SUNNonlinSol_FixedPoint(y, 0, context);
   REQUIRE(CVodeSetNonlinearSolver(memory, iteration) == CV_SUCCESS);
@@ -170,7 +171,7 @@ TEST_CASE("CVODE and the reference agree to within what both state, with and wit
       for (const StudyQuantity q : kStudyQuantities) {
         INFO(name_of(q) << " estimate " << reference.info.estimate[q] << " CVODE " << own[q]);
         CHECK(difference[q] <= reference.info.estimate[q] + own[q]);
-        CHECK(reference.info.estimate[q] + own[q] < 1e-3);  // so that agreeing means something
+        CHECK(reference.info.estimate[q] + own[q] < 1e-3);  // otherwise agreement would mean little
       }
     }
   }

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder that is removed again.
+/// A folder that is removed at the end.
 struct Folder {
   fs::path path = fs::temp_directory_path() / ("evenstep-felt-" + std::to_string(::getpid()));
   Folder() { fs::remove_all(path); }
@@ -73,7 +73,7 @@ TEST_CASE("A reference is computed once: the next study reads it, with the same 
   CHECK(again.study.reference.file == folder.only_file().string());
   CHECK_THAT(again.lines, Contains("reference   stored: "));
   CHECK(again.study.reference.estimate_N == first.study.reference.estimate_N);
-  CHECK(again.study.reference.cpu_s == first.study.reference.cpu_s);  // what it took then
+  CHECK(again.study.reference.cpu_s == first.study.reference.cpu_s);  // what the stored computation took
   REQUIRE(again.study.points.size() == first.study.points.size());
   for (std::size_t i = 0; i < first.study.points.size(); ++i)
     CHECK(again.study.points[i].total.rms_N == first.study.points[i].total.rms_N);
@@ -93,7 +93,7 @@ TEST_CASE("A stored reference that is damaged anywhere is noticed, said, and com
     CHECK_THAT(again.lines, Contains("is not used: its checksum is wrong; it is computed again"));
     CHECK_FALSE(again.study.reference.stored);
     CHECK(again.study.points[0].total.rms_N == first.study.points[0].total.rms_N);
-    CHECK(study_with(folder).study.reference.stored);  // mended
+    CHECK(study_with(folder).study.reference.stored);  // the file has been replaced by a good one
   }
   put(file, good.substr(0, good.size() / 2));
   CHECK_THAT(study_with(folder).lines, Contains("its checksum is wrong"));
@@ -110,7 +110,7 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
     return reference_key(other, plan_reference(other, 2)) != key;
   };
   CHECK_FALSE(differs({}));
-  CHECK_FALSE(differs({"scene.method=rk4"}));  // the reference has a method of its own
+  CHECK_FALSE(differs({"scene.method=rk4"}));  // the reference has its own method
   CHECK_FALSE(differs({"run.seed=7"}));        // and no timing
   for (const char* set :
        {"scene.stiffness=\"21 N/m\"", "scene.mass=\"0.11 g\"", "scene.spacing=\"6 mm\"", "scene.lattice=[5, 5, 6]",
@@ -121,7 +121,7 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
     CHECK(differs({set}));
   }
   CHECK_THAT(key, Contains("version "));
-  // A file with another key under this name: two keys of one digest, or a file that somebody renamed.
+  // The file of this name may have another key: two keys may have the same digest, or somebody may have renamed a file.
   const Folder folder;
   FeltReference reference;
   reference.forces.read = {RealTime{0}};
@@ -130,7 +130,7 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
   REQUIRE(write_reference(file, key + "other\n", reference).empty());
   std::string objection;
   FeltReference read;
-  // A key that is the begin of another one would read the rest as numbers.
+  // This key is the begin of the other one, so the rest of the other key must not be read as numbers.
   CHECK_FALSE(read_reference(file, key, read, objection));
   CHECK_FALSE(objection.empty());
   objection.clear();

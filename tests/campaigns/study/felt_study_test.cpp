@@ -31,7 +31,7 @@ Scenario spring(const std::string& velocity = "0.1 m/s", const std::vector<std::
   return read_shipped("paper/figure-1-spring.toml", all);
 }
 
-/// A block of 5 x 5 x 5 in the timing of the paper, one corner of its top dragged.
+/// A block of 5 x 5 x 5 in the timing of the paper. One corner of its top is dragged.
 Scenario block(const std::vector<std::string>& set = {}) {
   std::vector<std::string> all{"run.duration=\"0.36 s\"",
                                "run.warmup=\"9 segments\"",
@@ -57,8 +57,8 @@ const FeltPoint& point_of(const FeltStudyRecord& study, const std::string& strat
   return study.points.front();
 }
 
-/// The ages of what `direct` plays at the judged ticks, from the timing alone: each tick plays the force of the last step
-/// that has ended, and that step read the hand when it began.
+/// The ages of the forces that `direct` plays at the judged ticks, computed from the timing alone. Each tick plays the force
+/// of the last step that has ended, and that step read the hand when it began.
 std::vector<double> ages_of_direct(const Scenario& scenario) {
   std::vector<Interval> steps;
   const auto timing = make_timing(scenario.timing);
@@ -119,7 +119,7 @@ TEST_CASE("With reports of whole nanometres and micronewtons the device's part i
   const FeltPoint exact = point_of(run_felt_study(spring("0.1 m/s")), "phase_locked");
   CHECK(exact.device.max_N <= 0.5e-6 * (1 + 1e-6));
   CHECK(exact.device.max_N > 0);
-  // The step reads between two samples, both of which are off by half a nanometre at most, along x alone.
+  // A step reads between two samples. Both are off by half a nanometre at most, and along x only.
   const FeltPoint odd = point_of(run_felt_study(spring("0.0987654321 m/s")), "phase_locked");
   CHECK(odd.device.max_N <= (0.5e-6 + k * 0.5e-9) * (1 + 1e-6));
   CHECK(odd.device.rms_N > exact.device.rms_N * 0.9);
@@ -129,9 +129,9 @@ TEST_CASE("With reports of whole nanometres and micronewtons the device's part i
 TEST_CASE("A device that answers at its ticks makes direct older by the wait for a sample, and that is latency, not error") {
   const Scenario scenario = spring();
   const FeltPoint direct = point_of(run_felt_study(scenario), "direct");
-  CHECK(direct.device_latency_s > 0.2e-3);  // half a millisecond on the average over all phases
+  CHECK(direct.device_latency_s > 0.2e-3);  // half a millisecond on average over all phases
   CHECK(direct.device_latency_s < 0.8e-3);
-  // Its jitter is error: each wait is shorter than a period of 1 ms, and its mean is the latency.
+  // The jitter of the wait is error. Each wait is shorter than a period of 1 ms, and their mean is the latency.
   const double farthest_s = std::max(direct.device_latency_s, 1e-3 - direct.device_latency_s);
   CHECK(direct.device.max_N < 200 * 0.1 * farthest_s + 1e-6);
   CHECK(direct.device.rms_N > 1e-4);
@@ -193,7 +193,7 @@ TEST_CASE("Of a tissue a shorter step has less discretisation, and the strategy 
     const FeltPoint &direct = point_of(study, "direct", i), &locked = point_of(study, "phase_locked", i);
     CHECK(locked.remap.rms_N < 0.01 * direct.remap.rms_N);
     CHECK(locked.total.rms_N < direct.total.rms_N);
-    // Both are compared with the same even steps, but for the lead and the latency at which they are looked at.
+    // Both are compared with the same even steps, except that they are looked at with a different lead and latency.
     CHECK(direct.discretisation.rms_N == Approx(locked.discretisation.rms_N).epsilon(0.3));
   }
 }
@@ -217,7 +217,7 @@ TEST_CASE("Figure 1 has three methods by three steps, over its own judged motion
   const internal::JudgedSpan span = internal::judged_span(scenario);
   CHECK(span.from.ns == scenario.warmup.ns);
   CHECK(span.end.ns == scenario.run_duration.ns);
-  CHECK(seconds(span.from) > 0.3);  // the hands have been at their speed since then
+  CHECK(seconds(span.from) > 0.3);  // from here on the hands are at full speed
 }
 
 TEST_CASE("The cost is announced before anything else: of the reference, of each point, and of all together", "[sweep]") {

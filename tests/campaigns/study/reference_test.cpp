@@ -1,4 +1,4 @@
-// The reference of a study against what is known in closed form.
+// The reference of a study, compared with closed forms.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -39,11 +39,11 @@ Scenario ChainMode::scenario(const std::vector<std::string>& set) const {
 
 namespace {
 
-/// The exact trace at the study's samples.
+/// The exact trace at the samples of the study.
 StudyTrace exact(const ChainMode& mode, const Scenario& chain, const StudyPlan& plan) {
   StudyTrace trace;
   const double omega = mode.omega_per_s(), k = 20;
-  double energy = 0;  // all of it in the springs at t = 0
+  double energy = 0;  // at t = 0 all of it is in the springs
   for (int j = 0; j <= ChainMode::kMobile; ++j) {
     const double stretch = mode.amplitude_m * (mode.shape(j + 1) - mode.shape(j));
     energy += k * stretch * stretch / 2;
@@ -73,7 +73,7 @@ TEST_CASE("The reference of a swinging chain is the cosine that it is, to within
     const StudyValues error = error_of(reference.trace, exact(mode, chain, plan), reference.info.scale);
     for (const StudyQuantity q : kStudyQuantities) {
       INFO("mode " << p << " " << name_of(q) << " order " << reference.info.order[q]);
-      // Rounding: some 1e4 additions of 1e-16 each in units of the motion; the energy is a sum of squares.
+      // Some 1e4 additions round by 1e-16 each, in units of the motion. The energy is a sum of squares.
       const double rounding = 1e-12 * (q == StudyQuantity::position ? reference.info.scale[q] : 1);
       CHECK(error[q] <= reference.info.estimate[q] + rounding);
       CHECK(reference.info.estimate[q] < 1e-4);
@@ -98,7 +98,7 @@ TEST_CASE("The errors are what their definitions say: metres for the position, s
   CHECK(error[StudyQuantity::energy] == Approx(std::sqrt(26 / 2.0) / 5));
   StudyValues nothing = scale;
   nothing[StudyQuantity::force] = 0;
-  CHECK(std::isnan(error_of(a, r, nothing)[StudyQuantity::force]));  // nothing to be relative to
+  CHECK(std::isnan(error_of(a, r, nothing)[StudyQuantity::force]));  // there is no scale for a relative error
 }
 
 TEST_CASE("The reference states twice what the last two of its extrapolations differ by") {
@@ -113,7 +113,8 @@ TEST_CASE("The reference states twice what the last two of its extrapolations di
   };
   StudyTrace first = run(coarsest);
   const StudyTrace second = run(2 * coarsest);
-  // Order 4: what is left of half the step's error is a fifteenth of the difference. `first` becomes the extrapolation.
+  // At order 4, the error that is left with half the step is a fifteenth of the difference. `first` becomes the
+  // extrapolation.
   const auto extrapolate = [](auto& coarse, const auto& fine) { coarse = fine + (fine - coarse) / 15.0; };
   for (std::size_t s = 0; s < first.energy_J.size(); ++s) {
     for (std::size_t p = 0; p < first.displacement_m[s].size(); ++p)
@@ -124,7 +125,7 @@ TEST_CASE("The reference states twice what the last two of its extrapolations di
   const StudyValues differ = error_of(first, reference.trace, reference.info.scale);
   for (const StudyQuantity q : kStudyQuantities) {
     INFO(name_of(q));
-    CHECK(differ[q] > 1e-15);                                                  // or there is nothing to compare
+    CHECK(differ[q] > 1e-15);                                                  // otherwise there is nothing to compare
     CHECK(reference.info.estimate[q] == Approx(2 * differ[q]).epsilon(1e-3));  // the same sums, in another order
   }
 }

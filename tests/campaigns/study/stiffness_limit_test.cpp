@@ -26,7 +26,7 @@ TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and
       CHECK(metric_of(outcome, "closed_loop.left." + limit.strategy, "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
     }
   }
-  // b / (L + h/2) = 64.3 N/m by the law; it is conservative by up to 13 %.
+  // The law gives b / (L + h/2) = 64.3 N/m and is conservative by up to 13 %.
   CHECK(study.limits[1].strategy == "phase_locked");
   CHECK(study.limits[1].stable_N_per_m > 58);
   CHECK(study.limits[1].unstable_N_per_m < 72);
@@ -57,8 +57,8 @@ TEST_CASE("an interrupted study keeps the strategies that were finished and says
 
 TEST_CASE("of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies",
           "[sweep]") {
-  // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene
-  // in which everything is written in proportion.
+  // A block of two materials, held by a spring coupling. Each of two searches must find the same as a scene in which
+  // everything is written in proportion.
   const auto text = [&](double factor, double mass_factor) {
     return std::vector<std::string>{
         fmt::format(
@@ -90,8 +90,8 @@ TEST_CASE("of a tissue the search makes springs, regions and tools stiffer toget
 }
 
 TEST_CASE("masses in proportion keep their dampers in proportion, so that a soft start is no step above the limit") {
-  // Along its springs the block has dampers that take half of what the step allows. With a fifth of the mass and the same
-  // dampers they would take two and a half times of it, and the run would be refused.
+  // The dampers along the springs of the block take half of what the step allows. With a fifth of the mass and the same
+  // dampers they would take two and a half times as much as it allows, and the run would be refused.
   const auto text = std::vector<std::string>{
       "scene={ kind = \"tissue\", solver = \"cpu\", lattice = [4, 4, 4], spacing = \"5 mm\", mass = \"0.125 g\", stiffness "
       "= "
@@ -104,7 +104,7 @@ TEST_CASE("masses in proportion keep their dampers in proportion, so that a soft
   Scenario scenario = read("closed-loop/price-remap.toml", text);
   scenario.study.stiffness_limit = StiffnessSearch{2, 2.2, 1, true};
   StiffnessLimits study;
-  REQUIRE_NOTHROW(study = run_stiffness_limits(scenario));  // a refused step is a failure of the whole search
+  REQUIRE_NOTHROW(study = run_stiffness_limits(scenario));  // if a step is refused, the whole search fails
   REQUIRE(study.limits.size() == 1);
   CHECK(study.limits[0].runs >= 1);
 }
@@ -124,7 +124,7 @@ TEST_CASE("of two hands the search must find the limit of the one that shakes fi
     return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
   };
   const double soft = limit({1}), firm = limit({3});
-  CHECK(firm > 2 * soft);  // the law: in proportion to the damping
+  CHECK(firm > 2 * soft);  // the law is proportional to the damping
   CHECK(limit({1, 3}) == soft);
   CHECK(limit({3, 1}) == soft);
 }
@@ -138,7 +138,7 @@ TEST_CASE("with several seeds the largest stable stiffness is that of the worst 
     scenario.study.stiffness_limit = StiffnessSearch{20, 1000, seeds};
     return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
   };
-  // Two seeds of which the second is the worse: the first alone would find more.
+  // Two seeds, of which the second is worse: the first alone would find a larger stiffness.
   std::uint64_t seed = 10;
   double first = search(seed, 1), second = search(seed + 1, 1);
   for (; seed < 30 && second >= first / 1.02; ++seed) first = second, second = search(seed + 2, 1);

@@ -10,7 +10,7 @@
 
 namespace evenstep::test {
 
-/// The shipped study with a block of 5 x 5 x 5 whose top middle is dragged; one repeat per cell, 16 ms long.
+/// The shipped study with a block of 5 x 5 x 5 whose top middle is dragged. There is one repeat per cell, 16 ms long.
 inline Scenario small_study(const std::vector<std::string>& set = {}) {
   std::vector<std::string> all{"scene.lattice=[5, 5, 5]", "device.left.grab.center=[\"10 mm\", \"10 mm\", \"20 mm\"]",
                                "device.left.grab.radius=\"5.5 mm\"", "study.duration=\"16 ms\"", "study.repeats=1"};
@@ -22,8 +22,8 @@ inline Scenario small_study(const std::vector<std::string>& set = {}) {
   return *result;
 }
 
-/// A chain along x between a wall and a tool that holds its last particle still. It swings in its mode `p`: the springs stay
-/// on one line, where they are linear, and the solution is a cosine.
+/// A chain along x between a wall and a tool that holds the last particle still. It swings in its mode `p`. The springs stay
+/// on one line, where they are linear, so the solution is a cosine.
 struct ChainMode {
   static constexpr int kMobile = 14;
   int p = 1;

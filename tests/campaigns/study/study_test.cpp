@@ -1,4 +1,4 @@
-// Errors of methods, solvers and steps. Costs are measured, so of them only what is always so is asserted.
+// Errors of methods, solvers and steps. Costs are measured, so the tests assert only what is always true of them.
 #include <cmath>
 #include <set>
 
@@ -31,7 +31,8 @@ TEST_CASE("Every cell of a study is there, and what was not measured says why", 
     for (const Method method : kAllMethods) {
       const auto cells = cells_of(study, method, solver);
       INFO(name_of(solver) << " " << name_of(method));
-      // Explicit: one above the limit, four below it. Implicit: four steps with each of two iterations.
+      // Explicit methods have one step above the limit and four below it, implicit ones four steps with each of two
+      // iterations.
       CHECK(cells.size() == (iterates(method) ? 8 : 5));
       for (const StudyCell* cell : cells) CHECK(cell->reason.empty() == (cell->state == State::measured));
     }
@@ -86,8 +87,8 @@ TEST_CASE("On a swinging chain every method has the order that it is known for")
   } const rows[] = {{Method::symplectic_euler, 1}, {Method::velocity_verlet, 2},   {Method::rk4, 4},
                     {Method::implicit_euler, 1},   {Method::implicit_midpoint, 2}, {Method::vertex_block_descent, 1}};
   for (const int p : {1, 2}) {
-    // 40 iterations: conjugate gradients end after as many as there are particles; a sweep leaves h^2 k / m = 0.01 of the
-    // error.
+    // 40 iterations are enough: conjugate gradients end after as many as there are particles, and each sweep leaves only
+    // h^2 k / m = 0.01 of the error.
     const Scenario chain = ChainMode{p}.scenario({"study.step_sizes=[\"0.25 ms\", \"0.125 ms\", \"62.5 us\"]",
                                                   "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
     const StudyRecord study = run_study(chain);
@@ -97,7 +98,7 @@ TEST_CASE("On a swinging chain every method has the order that it is known for")
       REQUIRE(cells.size() == 3);
       for (const StudyCell* cell : cells) REQUIRE(cell->state == State::measured);
       for (std::size_t i = 1; i < 3; ++i) {
-        // The next term of the error is w h of the first: 0.06 and 0.12 at the coarsest.
+        // The next term of the error is w h times the first: 0.06 and 0.12 at the coarsest step.
         CHECK(cells[i]->order[StudyQuantity::position] == Approx(row.order).margin(0.1));
         CHECK(cells[i]->order[StudyQuantity::force] == Approx(row.order).margin(0.1));
       }
@@ -126,11 +127,12 @@ TEST_CASE("Where a method must be better than another it is, on every step that 
       CHECK(rk4[i]->error[q] < midpoint[i]->error[q]);
       CHECK(rk4[i]->error[q] < symplectic[i]->error[q]);
       CHECK(symplectic[i]->error[q] < euler[i]->error[q]);
-      // Both solve the same implicit equations: implicit Euler linearised once, vertex block descent by Newton steps.
+      // Both solve the same implicit equations: implicit Euler linearises them once, vertex block descent takes Newton
+      // steps.
       CHECK(descent[i]->error[q] == Approx(euler[i]->error[q]).epsilon(0.1));
     }
-    // From rest and without damping Verlet takes symplectic Euler's path; its velocities, and so the energy, are those of
-    // whole steps. The path is the same but for rounding, 1e-12 of the motion.
+    // From rest and without damping Verlet follows the path of symplectic Euler, except for rounding by 1e-12 of the motion.
+    // But its velocities, and so the energy, belong to whole steps.
     CHECK(verlet[i]->error[StudyQuantity::energy] < symplectic[i]->error[StudyQuantity::energy]);
     CHECK(verlet[i]->error[StudyQuantity::position] == Approx(symplectic[i]->error[StudyQuantity::position]).epsilon(1e-6));
   }
@@ -191,13 +193,14 @@ TEST_CASE("A spring is refused") {
 
 TEST_CASE("A cell's cost is no more than the processor time that it took, over the rest before the motion and the motion",
           "[sweep]") {
-  // The longest step makes the rest as long as the motion. With many iterations a repeat of the other cell takes longer than
-  // the time for which short ones are gone through again: a cost over the motion alone would be twice what was taken.
+  // The longest step makes the rest before the motion as long as the motion. With many iterations, a repeat of the other
+  // cell takes longer than the time for which short repeats are repeated. A cost over the motion alone would be twice the
+  // real one.
   const Scenario block = small_study({"scene.lattice=[7, 7, 7]", "device.left.grab.center=[\"15 mm\", \"15 mm\", \"30 mm\"]",
                                       "study.duration=\"64 ms\"", "study.repeats=4", "study.solvers=[\"cpu-double\"]",
                                       "study.methods=[\"implicit-euler\"]", "study.iterations=[300]",
                                       "study.step_sizes=[\"64 ms\", \"1 ms\"]"});
-  std::vector<double> began_s;  // of each cell, and the end
+  std::vector<double> began_s;  // the begin of each cell, and the end
   const StudyRecord study = run_study(block, {nullptr, [&](double) { began_s.push_back(process_cpu_seconds()); }});
   CHECK(study.rest_s == Approx(0.064));
   CHECK(study.duration_s == Approx(0.064));

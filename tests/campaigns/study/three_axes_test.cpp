@@ -12,10 +12,10 @@ using namespace evenstep::test;
 
 namespace {
 
-/// K_max of the law for the reference timing, 0.2 kg and 1 N s/m: b / L_e.
+/// The law's K_max = b / L_e, for the reference timing, 0.2 kg and 1 N s/m.
 constexpr double kDelay_s = 15.564444e-3, kLaw_N_per_m = 1 / kDelay_s;
 
-/// So light that its modes are far above the loop's: it answers like its stiffness at rest.
+/// A tissue so light that its modes are far above those of the loop. So it answers with its stiffness at rest.
 const std::vector<std::string> kLight{"scene.solver=\"cpu-double\"", "scene.mass=\"5 mg\"", "scene.damping=\"0.1 mN s/m\"",
                                       "run.strategies=[\"phase_locked\"]", "expect=[]"};
 
@@ -70,11 +70,11 @@ TEST_CASE("along the axis of a light symmetric block the closed loop has the lim
       with(kLight, {"device.left.motion={ kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", velocity = "
                     "[\"0 mm/s\", \"0 mm/s\", \"-50 mm/s\"] }"});
   const double per_spring = largest_per_spring("closed-loop/block-grab.toml", set, false);
-  // On a spring itself the law is 0.4 % below what is measured; the tissue adds its drag.
+  // For a single spring the law is 0.4 % below what is measured. The tissue adds its drag.
   const double limit = limit_per_spring("closed-loop/block-grab.toml", set, 4, 20) * per_spring;
   CHECK(limit >= 0.99 * kLaw_N_per_m);
   CHECK(limit <= 1.05 * kLaw_N_per_m);
-  // It stays on its axis: what leaves it is rounding, of a swing of millimetres.
+  // The hand swings by millimetres along its axis and leaves it only by rounding.
   const RunRecord run = run_all(read("closed-loop/block-grab.toml", set));
   double aside_m = 0, along_m = 0;
   for (const TickRow& tick : strategy(run, "phase_locked").devices[0].ticks) {
@@ -91,8 +91,8 @@ TEST_CASE("along the axis of a light symmetric block the closed loop has the lim
                          "expect=[{ signal = \"closed_loop.left.phase_locked\", metric = \"rendered_damping\", max = \"0 N "
                          "s/m\" }]"})),
       {});
-  // Of 0.2 mm to either side, where the springs are still linear (2 mm are 10 % stiffer). sin(w D) / w instead of D is 1.4 %
-  // less at 3 Hz, and the springs' curve 1 % more.
+  // The sine goes 0.2 mm to either side, where the springs are still linear (at 2 mm they are 10 % stiffer). At 3 Hz,
+  // sin(w D) / w instead of D is 1.4 % less, and the curve of the springs makes 1 % more.
   CHECK(metric_of(sine, "closed_loop.left.phase_locked", "rendered_damping") ==
         Approx(-8 * per_spring * kDelay_s).epsilon(0.02));
 }
@@ -113,7 +113,7 @@ TEST_CASE("at a corner, and for two hands, the law holds for the largest eigenva
 }
 
 TEST_CASE("two hands far apart move as each would alone, within what couples them", "[sweep]") {
-  // A long low block: 36 spacings between the lumps.
+  // A long low block, with 36 spacings between the lumps that the hands hold.
   std::vector<std::string> both{"scene.lattice=[40, 4, 4]", "scene.solver=\"cpu-double\"",
                                 "run.strategies=[\"phase_locked\"]", "expect=[]"};
   for (const char* hand : {"left", "right"}) {
@@ -148,8 +148,8 @@ TEST_CASE("two hands far apart move as each would alone, within what couples the
     double swing_m = 0;
     for (const TickRow& tick : here.ticks) swing_m = std::max(swing_m, std::abs(tick.position_m[2]));
     REQUIRE(swing_m > 1e-3);
-    // The other hand pulls with at most `share` of what this hand's own swing gives it. A swing that decays over seconds at
-    // 4 Hz adds that up over some tens of turns.
+    // The other hand adds at most `share` of the force that this hand's own swing causes. A swing at 4 Hz that decays over
+    // seconds adds that up over some tens of turns.
     CHECK(furthest_apart(here, strategy(single, "phase_locked").devices[0]) <= 50 * share * swing_m);
     CHECK(furthest_apart(here, strategy(single, "phase_locked").devices[0]) > 0);
   }
@@ -180,7 +180,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the cap of two hands that play their coupling limits both together, where each hand's own cap does not") {
-  // lambda is 26 of k = 40 N/m. A cap that is above each hand's own K (15 of k) and below both together's.
+  // In units of k = 40 N/m, lambda is 26. The cap is above the K of each hand alone (15) and below that of both together.
   const auto outcome = [](const std::string& cap, bool coupled) {
     std::vector<std::string> set{"scene.stiffness=\"40 N/m\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
     for (const char* hand : {"left", "right"})
@@ -196,11 +196,11 @@ TEST_CASE("the cap of two hands that play their coupling limits both together, w
     const std::string force = fmt::format("{}.force.phase_locked", hand);
     CHECK(metric_of(alone, force, "softened") == 0);
     CHECK(metric_of(together, force, "softened") > 1000);
-    // A K that the swing of the block has changed a little.
+    // The swing of the block has changed K a little.
     CHECK(metric_of(together, force, "contact_stiffness") == Approx(lambda_N_per_m).epsilon(0.2));
     CHECK(metric_of(lesser, force, "softened") == 0);
   }
-  // A cap that limits nothing changes no bit.
+  // A cap that limits nothing does not change a single bit.
   for (std::size_t hand = 0; hand < 2; ++hand)
     CHECK(furthest_apart(strategy(free.record, "phase_locked").devices[hand],
                          strategy(lesser.record, "phase_locked").devices[hand]) == 0);

@@ -38,7 +38,7 @@ inline std::string contents(const std::string& path) {
   return text.str();
 }
 
-/// A third of a second of the shipped spring with 10 % jitter; forces are late if the latency is short.
+/// A third of a second of the shipped spring with 10 % jitter. Forces are late if the latency is short.
 inline std::string small_scenario(const std::string& sweep) {
   return std::string("format = 1\nextends = [\"") + EVENSTEP_SOURCE_DIR +
          "/scenarios/paper/figure-1-spring.toml\"]\nname = \"small\"\n"

@@ -1,6 +1,6 @@
 #pragma once
-// What a merge costs, beside something that everybody knows and that reads the same files: sha256sum, in the same run on the
-// same machine. Times of a shared machine mean little, their ratio more.
+// What a merge costs, compared with sha256sum of the same files, in the same run on the same machine. Times on a shared
+// machine mean little, but their ratio means more.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -18,7 +18,7 @@ struct Cost {
   double cpu_s = 0, wall_s = 0;
 };
 
-/// Of work in this process (RUSAGE_SELF), or in processes that it starts (RUSAGE_CHILDREN).
+/// The cost of work in this process (RUSAGE_SELF) or in processes that it starts (RUSAGE_CHILDREN).
 inline Cost cost_of(decltype(RUSAGE_SELF) who, const std::function<void()>& work) {
   const auto cpu = [who] {
     rusage used{};
@@ -34,7 +34,7 @@ inline Cost cost_of(decltype(RUSAGE_SELF) who, const std::function<void()>& work
   return {cpu() - cpu_before, std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count()};
 }
 
-/// Says what the merge of the parts below `folder` costs, and checks what memory this process has taken.
+/// Prints what the merge of the parts below `folder` costs, and checks how much memory this process has taken.
 inline void report_merge(const std::string& folder, const std::string& out, double millions,
                          const std::function<void()>& merge) {
   const std::string command = fmt::format("find '{}' -name '*-of-*.jsonl' -exec cat {{}} + | sha256sum >/dev/null", folder);

@@ -1,4 +1,4 @@
-// Merges of generated points: as many parts as no process can have open, and as many points as a sweep may have.
+// Merges of generated points, with more parts than a process can have open, and with as many points as a sweep may have.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -28,7 +28,7 @@ SweepHeader header_of(std::int64_t points) {
   return header;
 }
 
-/// One in 97 fails, the more the later.
+/// One point in 97 fails, with more underruns the later it comes.
 std::string line_of(const SweepHeader& header, std::int64_t index) {
   const auto verdict = index % 97 == 5 ? SweepVerdict::fail : SweepVerdict::pass;
   SweepPoint point{
@@ -39,7 +39,7 @@ std::string line_of(const SweepHeader& header, std::int64_t index) {
   return internal::point_line(header, point);
 }
 
-/// The parts of so many shards; what one process would write is appended to `whole`, if that is given.
+/// Writes the parts of this many shards. If `whole` is given, what a single process would write is appended to it.
 std::vector<std::string> generate(const test::Folder& folder, const SweepHeader& header, int shards, std::string* whole) {
   std::vector<std::string> parts;
   for (int shard = 1; shard <= shards; ++shard) {

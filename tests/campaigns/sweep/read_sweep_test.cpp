@@ -1,4 +1,4 @@
-// [sweep] as it is read, and what is wrong with one.
+// How [sweep] is read, and which mistakes in it are reported.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
-// Which shard this process is: as written, or as the variables of a batch system say. The values of Slurm 22.05, Open
-// MPI 4.1 and GNU parallel 20221122 are what these programs set.
+// Which shard this process is: as the command line says, or as the variables of a batch system say. The values used here are
+// those that Slurm 22.05, Open MPI 4.1 and GNU parallel 20221122 set.
 #include <catch2/catch.hpp>
 #include <optional>
 #include <string>
@@ -71,11 +71,11 @@ TEST_CASE("A numbered job without the number of shards is refused, since it may 
 }
 
 TEST_CASE("An array that cannot be of so many shards is refused") {
-  CHECK_FALSE(shard(array(0, 40, 0, 39), 40).ok());  // --array=0-39: its task 3 would be shard 3 or 4
+  CHECK_FALSE(shard(array(0, 40, 0, 39), 40).ok());  // --array=0-39: would its task 3 be shard 3 or 4?
   CHECK_THAT(shard(array(3, 40, 0, 39), 40).error(), Contains("--array=1-40"));
   CHECK_THAT(shard(array(3, 41, 1, 41), 40).error(), Contains("contradicts --of 40"));
   CHECK_FALSE(shard(array(41, 41, 1, 41), 40).ok());
-  CHECK_FALSE(shard(array(2, 2, 3, 17), 40).ok());  // a number outside of its array
+  CHECK_FALSE(shard(array(2, 2, 3, 17), 40).ok());  // a number outside the array
   CHECK_FALSE(shard(array(18, 2, 3, 17), 40).ok());
   CHECK_FALSE(shard(array(3, 16, 3, 17), 40).ok());  // more tasks than numbers
   CHECK_FALSE(shard({{"SLURM_ARRAY_TASK_ID", "x"}}, 40).ok());

@@ -28,7 +28,7 @@ struct Spike {
   std::int64_t ns;
 };
 
-/// 32 ms segments without a gap; every third step is off by up to 5 us, and spikes as asked for.
+/// Segments of 32 ms without a gap. Every third step is off by up to 5 us, and these spikes are added.
 std::string recording(const std::vector<Spike>& spikes) {
   std::string csv = "segment,kind,index,begin_ns,end_ns\n";
   std::int64_t now = 0;
@@ -48,7 +48,7 @@ std::string recording(const std::vector<Spike>& spikes) {
   return csv;
 }
 
-/// A force is late where its step ends more than latency - lead = 12 ms after the begin of its slot.
+/// A force is late if its step ends more than latency - lead = 12 ms after the begin of its slot.
 std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, const std::string& more = "") {
   folder.write("t.csv", recording(spikes));
   return folder.write(
@@ -72,7 +72,7 @@ ShrinkOutcome shrunk(const Folder& folder, const std::string& path, ShrinkOption
   return outcome;
 }
 
-/// Pieces as a timing.csv has them, without idle rows: what a shape must give back.
+/// The pieces as timing.csv has them, without idle rows. Building a timing from its shape must give the same pieces.
 std::string pieces(const std::vector<SegmentTiming>& segments) {
   std::string out;
   const RealTime origin = segments.empty() ? RealTime{} : segments.front().begin;
@@ -107,7 +107,8 @@ TEST_CASE(
     CHECK(spike.segment == 12);
     CHECK(spike.step == step);
     CHECK(spike.nominal == kStep);
-    // Step j ends V + s + j (s - slot) after its slot's begin, 9.5 ms - j * 0.5 ms; late from 12 ms + 1 ns on.
+    // Step j ends V + s + j (s - slot) after the begin of its slot, which is 9.5 ms - j * 0.5 ms. It is late from
+    // 12 ms + 1 ns on.
     CHECK(spike.deviation == 12'000'000 - (9'500'000 - static_cast<std::int64_t>(step) * 500'000) + 1);
     CHECK(outcome.minimal);
     CHECK(outcome.perturbations_before > 90);
@@ -215,7 +216,8 @@ TEST_CASE(
 }
 
 TEST_CASE("Where one of many perturbations fails alone, one is left, although halves of them fail together first") {
-  // Eighteen of the spikes are late alone; two short ones in one segment are late together, which is what halving meets.
+  // Each of eighteen spikes makes a force late alone. Two short ones in one segment do so only together, and halving finds
+  // these first.
   std::vector<Spike> spikes{{3, 5, 3'200'000}, {3, 7, 3'200'000}};
   for (std::size_t k = 4; k < 13; ++k) {
     spikes.push_back({k, 2, 9'000'000});
@@ -296,7 +298,7 @@ TEST_CASE("A timing is what its lengths build again, whatever the timing") {
       CHECK(pieces(built).substr(0, 2000) == pieces(wanted).substr(0, 2000));
       FAIL_CHECK("differs");
     }
-    // And it reads as a recording to the same.
+    // Written and read as a recording, it is the same.
     const TimingCsv csv = parse_timing_csv(format_timing_csv(built), "csv");
     CHECK(csv);
     CHECK(pieces(*csv) == pieces(built));
@@ -317,7 +319,8 @@ TEST_CASE("The fewest that fail are found for every set of up to two culprits an
       }
     }
   }
-  // Sums: many small ones or a few large ones. Whatever is found, nothing can be left out.
+  // A set fails if its sum is large enough, be it of many small numbers or of a few large ones. Whatever set is found, no
+  // member of it can be left out.
   const auto weight = [](const std::vector<std::size_t>& set) {
     std::size_t sum = 0;
     for (const std::size_t i : set) sum += i * i % 23;

@@ -1,4 +1,4 @@
-// What points add up to: bounds, worst points, what is found.
+// The summary of points: bounds, worst points, and the value that is found.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -22,7 +22,8 @@ SweepSummary summarize(const SweepRecord& record) {
   return summarizer.summary();
 }
 
-/// Rows of p, f and e: one row per value of an axis, one letter per seed. `find` over its values 1, 2, 3 ...
+/// A record from rows of p (pass), f (fail) and e (error): one row per value of an axis, one letter per seed. The values of
+/// the axis for `find` are 1, 2, 3 ...
 SweepRecord record_of(const std::vector<std::string>& rows, bool smallest = true, std::size_t allowed = 100) {
   SweepRecord record;
   for (std::size_t seed = 0; seed < rows.front().size(); ++seed) record.header.seeds.push_back(seed);

@@ -1,4 +1,4 @@
-// Swarms, states that some point must reach, and the commands that run one of their points again.
+// Swarms, states that some point must reach, and the commands that run a point of a swarm again.
 #include "swarm.h"
 
 #include <fmt/format.h>
@@ -81,7 +81,7 @@ TEST_CASE("Every fault is on for about half of the seeds, and each pair of them 
       for (const std::string& b : left) ++both[{a, b}];
     }
   }
-  // Five standard deviations of a binomial count: 2.5 sqrt(seeds), and 5 sqrt(3 / 16 seeds).
+  // Five standard deviations of a binomial count are 2.5 sqrt(seeds) for one fault and 5 sqrt(3 / 16 seeds) for two.
   const double root = std::sqrt(static_cast<double>(seeds));
   for (const std::string& a : faults) {
     CHECK(std::abs(static_cast<double>(on[a]) - 0.5 * static_cast<double>(seeds)) < 2.5 * root);

@@ -1,4 +1,5 @@
-// One process, threads, shards and a sweep that goes on after a cut: the same bytes. And what merge refuses.
+// A sweep gives the same bytes in one process, on threads, in shards, and when it goes on after a cut. And what merge
+// refuses.
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/apps/shell.h"
 
@@ -41,7 +42,7 @@ struct Small {
     REQUIRE(outcome.errors.empty());
     return outcome;
   }
-  /// The files of N shards.
+  /// The files of this many shards.
   std::vector<std::string> shards(int of) const {
     std::vector<std::string> parts;
     for (int i = 1; i <= of; ++i) parts.push_back(run(fmt::format("of-{}", of), {i, of}).file);
@@ -67,7 +68,7 @@ std::vector<SweepPoint> points_of(const SweepOutcome& outcome) {
   return points;
 }
 
-/// Lines that were changed, with the checksums of what they are now.
+/// Lines that were changed, with their checksums computed again.
 std::string resummed(const std::string& text) {
   std::string out;
   for (std::string line : lines_of(text)) {
@@ -163,7 +164,7 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 4; };
   const SweepOutcome first = run_sweep(small.scenario, options);
   CHECK(first.exit == ExitCode::interrupted);
-  CHECK(first.summary.all.runs() >= 4);  // what was under way may still come
+  CHECK(first.summary.all.runs() >= 4);  // points that were running may still be added
   CHECK(first.summary.all.runs() < 15);
   CHECK(contents(first.file) == bytes.substr(0, contents(first.file).size()));
 
@@ -185,7 +186,7 @@ TEST_CASE("A sweep does not go on with lines of another one or with damaged ones
     options.resume = true;
     const SweepOutcome outcome = run_sweep(small.scenario, options);
     CHECK(outcome.exit == ExitCode::run_failed);
-    CHECK(contents(small.folder / "cut/sweep.jsonl.partial") == partial);  // nobody's work is lost
+    CHECK(contents(small.folder / "cut/sweep.jsonl.partial") == partial);  // no work is lost
     return outcome.failure;
   };
   std::string other = lines[0];
@@ -317,7 +318,7 @@ TEST_CASE("Any damaged byte of a part is refused with its file and line") {
     INFO("byte " << at);
     const std::string part = small.folder.write("damaged", damaged);
     const std::string error = only_error(merge_sweep({parts[0], part}, small.folder / "merged"));
-    // A line end that is gone joins two lines: the first of them is named.
+    // A missing line end joins two lines. The error names the first of them.
     CHECK_THAT(error, Contains(fmt::format("damaged:{}:1: error: ", line)));
     line += good[at] == '\n' ? 1 : 0;
   }
@@ -393,7 +394,7 @@ TEST_CASE("The shipped sweeps find what they ask for", "[sweep]") {
   Folder folder;
   SweepOptions options;
   options.folder = folder / "out";
-  // A tenth of its seeds: the command line runs all of them.
+  // Only a tenth of the seeds of the scenario. The command line runs all of them.
   options.set = {"sweep.seeds=\"0..10\""};
   const SweepOutcome outcome = run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options);
   for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));

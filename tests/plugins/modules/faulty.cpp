@@ -1,4 +1,4 @@
-// A plug-in in C++. FAULT says what is wrong with it; "none" is a good one with nothing but a step.
+// A plug-in in C++. FAULT says what is wrong with it. With "none" it is good and has nothing but a step.
 #include <stdexcept>
 #include <string_view>
 

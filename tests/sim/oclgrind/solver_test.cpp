@@ -1,4 +1,5 @@
-// Under Oclgrind (oclgrind_test.sh): an OpenCL that is not PoCL, interprets each work-item, and watches every access.
+// These tests run under Oclgrind (oclgrind_test.sh), an OpenCL other than PoCL that interprets each work-item and watches
+// every access.
 #include <catch2/catch.hpp>
 
 #include "feature_scenes.h"
