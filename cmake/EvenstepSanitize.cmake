@@ -25,7 +25,7 @@ if(EVENSTEP_FUZZ)
 endif()
 
 # Where a run spends its time. Without optimisation the other rooms compile in a third of the time.
-set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device)
+set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device reports)
 
 set(suppressions ${CMAKE_CURRENT_LIST_DIR}/sanitizers/lsan.supp)
 file(READ ${suppressions} lsan_suppressions)

@@ -14,10 +14,9 @@ namespace evenstep::testing {
 /// Sanitized builds try only a tenth of the cases. They check memory and arithmetic, not the property; they take up to ten
 /// times as long for each case, and see the same paths with fewer cases.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
->>>>>>> english
-constexpr bool kSanitized = true;
+    >>>>>>> english constexpr bool kSanitized = true;
 #else
-constexpr bool kSanitized = false;
+    constexpr bool kSanitized = false;
 #endif
 constexpr int kShare = kSanitized ? 10 : 1;
 

@@ -150,8 +150,7 @@ TEST_CASE("a thread that gives its real-time rights back is as it was before, an
 =======
 // Sanitizers intercept mlockall() and lock nothing.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
->>>>>>> english
-TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
+    >>>>>>> english TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
   const auto locked_kB = [] {
     std::ifstream status("/proc/self/status");
     for (std::string word; status >> word;) {
