@@ -6,19 +6,14 @@
 
 namespace evenstep::testing {
 
-<<<<<<< HEAD
-/// Sanitized builds try a tenth: they check memory and arithmetic, not the property, take up to ten times as long for each
-/// case, and see the same paths in fewer of them.
+/// Sanitized builds try only a twentieth of the cases. They check memory and arithmetic, not the property; they take up to
+/// ten times as long for each case, and see the same paths with fewer cases.
 #if defined(EVENSTEP_SANITIZE_ADDRESS) || defined(EVENSTEP_SANITIZE_THREAD)
-=======
-/// Sanitized builds try only a tenth of the cases. They check memory and arithmetic, not the property; they take up to ten
-/// times as long for each case, and see the same paths with fewer cases.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    >>>>>>> english constexpr bool kSanitized = true;
+constexpr bool kSanitized = true;
 #else
-    constexpr bool kSanitized = false;
+constexpr bool kSanitized = false;
 #endif
-constexpr int kShare = kSanitized ? 10 : 1;
+constexpr int kShare = kSanitized ? 20 : 1;
 
 /// `count` cases, or in a sanitized build the share of them, rounded up.
 constexpr std::uint64_t share_of(std::uint64_t count) { return (count + kShare - 1) / kShare; }

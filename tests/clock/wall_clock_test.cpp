@@ -144,13 +144,9 @@ TEST_CASE("a thread that gives its real-time rights back is as it was before, an
   });
 }
 
-<<<<<<< HEAD
-// Sanitizers take mlockall() for themselves, and lock nothing.
-#if !defined(EVENSTEP_SANITIZE_ADDRESS) && !defined(EVENSTEP_SANITIZE_THREAD)
-=======
 // Sanitizers intercept mlockall() and lock nothing.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-    >>>>>>> english TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
+#if !defined(EVENSTEP_SANITIZE_ADDRESS) && !defined(EVENSTEP_SANITIZE_THREAD)
+TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
   const auto locked_kB = [] {
     std::ifstream status("/proc/self/status");
     for (std::string word; status >> word;) {

@@ -57,6 +57,11 @@ case_no_name_of_a_test_has_a_semicolon() {
   names=$(grep -rhPzo "TEST_CASE\(\s*($string\s*)*\"[^\"]*;[^\"]*\"" "$sources/tests" --include='*.cpp' | tr '\0' '\n')
   [[ ! $names ]] || fail "\";\" in: $names"
 }
+case_no_file_has_marks_of_a_merge() {
+  local marks
+  marks=$(grep -rnIE '^\s*(<{7}|>{7}) ' "$sources" --exclude-dir=.git --exclude-dir='build*' | head -n 5)
+  [[ ! $marks ]] || fail "marks of a merge: $marks"
+}
 case_what_is_built_is_not_looked_at() {
   mkdir "$work/build" "$work/build-dev"
   line_of 126 x | tee "$work/build/a.cpp" >"$work/build-dev/a.cpp"

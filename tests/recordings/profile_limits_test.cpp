@@ -118,7 +118,7 @@ TEST_CASE("A role's expression may have 1,000 bytes, and not one more") {
   CHECK_THAT(with(1001), Contains("longer than 1000 bytes"));
 }
 
-TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it", "[long]") {
+TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it", "[million]") {
   const test::Folder folder;
   const std::string path = folder.write("big.json", "");
   constexpr std::int64_t kBytes = std::int64_t{1} << 30;
