@@ -254,6 +254,8 @@ endforeach()
 endif()
 END
   touch "$1/OnlyTestsNeedThisConfig.cmake"
+  mkdir -p "$1/tests/compare"
+  echo >"$1/tests/compare/validate.py"   # finds nothing to complain of
   stand_in dpkg-query <<<'shift 3; printf "installed %s\n" "$@"'
   PATH=$work/bin:$PATH
 }
@@ -438,18 +440,19 @@ case_the_check_counts_tests_and_scenarios() {
   clone c
   call c/.ci/run
   expect_status 0
-  # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 5 stages.
-  [[ $(tail -1 out) == '17 passed, 0 failed' ]] || fail "not 7 tests and 10 runs"
-  grep -qE '^ +[0-9]+ s  scenarios: all, catalogue' out || fail "no seconds of a stage"
+  # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 5 stages; the summaries.
+  [[ $(tail -1 out) == '18 passed, 0 failed' ]] || fail "not 7 tests, 10 runs and the summaries"
+  grep -qE '^ +[0-9]+ s +[0-9]+ s  scenarios: all, catalogue' out || fail "no seconds of a stage"
   grep -qE '^ +[0-9.]+ s  tsan, clock: breakable$' out || fail "no slowest tests"
   grep -q '^dpkg-query .* oclgrind' calls || fail "the packages of .ci/packages.txt are not asked for"
 }
 case_the_check_counts_what_failed() {
   clone c
   touch c/broken c/scenarios/broken
+  echo 'exit(1)' >c/tests/compare/validate.py
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '9 passed, 8 failed' ]] || fail "not 4 tests and 5 runs"
+  [[ $(tail -1 out) == '9 passed, 9 failed' ]] || fail "not 4 tests, 5 runs and the summaries"
 }
 case_a_leak_checker_that_crashes_is_asked_once_more() {
   clone c
@@ -462,7 +465,7 @@ endif()
 END
   call c/.ci/run
   expect_status 0
-  [[ $(tail -1 out) == '20 passed, 0 failed' ]] || fail "not one more test in each of three builds: $(tail -1 out)"
+  [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not one more test in each of three builds: $(tail -1 out)"
   rm c/build/asan-ubsan/crashed
   touch c/broken
   call c/.ci/run
@@ -473,14 +476,14 @@ case_the_check_counts_a_stage_that_could_not_start() {
   echo 'if' >>c/evenstep
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '1 passed, 6 failed' ]] || fail "not 5 stages and a build failed, and the tests under tsan passed"
+  [[ $(tail -1 out) == '2 passed, 6 failed' ]] || fail "not 5 stages and a build failed, and the tests under tsan and the summaries passed"
 }
 case_the_check_counts_a_stage_that_ran_no_test() {
   clone c
   sed -i 's/clock: breakable/breakable/' c/CMakeLists.txt
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '16 passed, 1 failed' ]] || fail "not the tests under tsan"
+  [[ $(tail -1 out) == '17 passed, 1 failed' ]] || fail "not the tests under tsan"
 }
 
 declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }
