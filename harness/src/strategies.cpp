@@ -8,7 +8,7 @@
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/regression_map.h"
 #include "evenstep/remap/source_maps.h"
-#include "foreign_map.h"
+#include "registered_map.h"
 #include "source_plan.h"
 
 namespace evenstep {

@@ -17,7 +17,7 @@
 
 #include "child_start.h"
 #include "evenstep/clock/wall_clock.h"
-#include "printable.h"
+#include "excerpt.h"
 
 namespace evenstep::internal {
 namespace {
@@ -122,7 +122,7 @@ std::string Child::ask_line(std::string_view bytes, std::size_t most) {
     return end != std::string::npos || heard_.size() >= most;
   });
   if (end == std::string::npos) {
-    const std::string begin = heard_.empty() ? "" : fmt::format("; it has written '{}'", printable(heard_, 60));
+    const std::string begin = heard_.empty() ? "" : fmt::format("; it has written '{}'", excerpt(heard_, 60));
     if (heard == Heard::enough)
       fail(fmt::format("the first line of its standard output is longer than {} bytes{}", most, begin));
     if (heard == Heard::closed) fail(fmt::format("{} before its first line was whole{}", how_it_ended(), begin));
@@ -136,7 +136,7 @@ std::string Child::ask_line(std::string_view bytes, std::size_t most) {
 std::string Child::ask(std::string_view bytes, std::size_t size) {
   read_some();
   if (!heard_.empty())
-    fail(fmt::format("has written {} bytes that nobody asked for: '{}'", heard_.size(), printable(heard_, 40)));
+    fail(fmt::format("has written {} bytes that nobody asked for: '{}'", heard_.size(), excerpt(heard_, 40)));
   const Heard heard = hear(bytes, [&] { return heard_.size() >= size; });
   if (heard == Heard::closed)
     fail(fmt::format("{} after {} of the {} bytes of its answer", how_it_ended(), heard_.size(), size));
@@ -195,7 +195,7 @@ void Child::take_error_lines(bool all) {
     std::size_t end = error_text_.find('\n');
     if (end == std::string::npos && error_text_.size() <= kLongestLineShown && (!all || error_text_.empty())) return;
     end = std::min(end, error_text_.size());
-    last_line_ = printable(std::string_view(error_text_).substr(0, end), kLongestLineShown);
+    last_line_ = excerpt(std::string_view(error_text_).substr(0, end), kLongestLineShown);
     error_text_.erase(0, end + 1);
     if (lines_shown_ < kMostLinesShown) spdlog::warn("{}: {}", shown_as_, last_line_);
     if (lines_shown_ == kMostLinesShown) spdlog::warn("{}: (no more of its standard error is shown)", shown_as_);

@@ -11,7 +11,7 @@
 
 #include "elf.h"
 #include "library_parts.h"
-#include "printable.h"
+#include "excerpt.h"
 
 namespace evenstep {
 namespace {
@@ -89,13 +89,13 @@ Result<Library, std::string> open_library(const std::string& path) {
     return Failure(fmt::format("'{}' {}", path, objection));
   // An absolute path: a bare name would be searched for in the folders of the system.
   void* const library = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-  if (library == nullptr) return failed(printable(dlerror(), 400));
+  if (library == nullptr) return failed(excerpt(dlerror(), 400));
   const Result<const evenstep_plugin*, std::string> plugin = plugin_of(library);
   if (!plugin) return failed(plugin.error());
   if (const std::string objection = objection_to(*plugin); !objection.empty()) return failed(objection);
   const evenstep_plugin& found = **plugin;
   Library parts;
-  parts.name = printable({found.name, strnlen(found.name, kLongestName + 1)}, kLongestName);
+  parts.name = excerpt({found.name, strnlen(found.name, kLongestName + 1)}, kLongestName);
   if (found.solver != nullptr) parts.solver = solver_factory(*found.solver);
   if (found.device != nullptr) parts.device = device_factory(*found.device);
   if (found.map != nullptr) parts.map = map_factory(*found.map);

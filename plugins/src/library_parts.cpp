@@ -6,14 +6,14 @@
 #include <exception>
 #include <stdexcept>
 
-#include "printable.h"
+#include "excerpt.h"
 
 namespace evenstep::internal {
 namespace {
 
 constexpr const char* kRemedy = "see what the library does there";
 
-std::string text_in(const char* buffer, std::size_t size) { return printable({buffer, strnlen(buffer, size)}, size); }
+std::string text_in(const char* buffer, std::size_t size) { return excerpt({buffer, strnlen(buffer, size)}, size); }
 
 /// What has gone wrong, as the library says.
 struct Refusal {
@@ -29,7 +29,7 @@ void ask(const char* function, Refuse refuse, Call call) {
   try {
     code = call(&error);
   } catch (const std::exception& thrown) {
-    throw refuse(Refusal{EVENSTEP_FAILED, fmt::format("{} threw an exception: {}", function, printable(thrown.what(), 400)),
+    throw refuse(Refusal{EVENSTEP_FAILED, fmt::format("{} threw an exception: {}", function, excerpt(thrown.what(), 400)),
                          "catch it in the library, and return EVENSTEP_FAILED"});
   } catch (...) {
     throw refuse(Refusal{EVENSTEP_FAILED, fmt::format("{} threw something that is no std::exception", function),

@@ -5,7 +5,7 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
-#include "printable.h"
+#include "excerpt.h"
 
 namespace evenstep::internal {
 namespace {
@@ -71,7 +71,7 @@ std::string greeting(const SolverRequest& request) {
 
 Result<SolverCapabilities, std::string> read_greeting(std::string_view line) {
   const auto failed = [&](const std::string& why) {
-    return Failure(fmt::format("the first line of its standard output {}: '{}'", why, printable(line, 120)));
+    return Failure(fmt::format("the first line of its standard output {}: '{}'", why, excerpt(line, 120)));
   };
   const nlohmann::json answer = nlohmann::json::parse(line, nullptr, false);
   if (!answer.is_object()) return failed("is no JSON object");
@@ -124,7 +124,7 @@ Result<ProcessAnswer, std::string> read_answer(std::string_view bytes, std::size
     return Failure(
         fmt::format("its answer begins with kind {} and number {}, and it was asked for kind {} and number {}; "
                     "as text it begins '{}'",
-                    of_kind, of_n, static_cast<std::uint32_t>(kind), n, printable(all, 40)));
+                    of_kind, of_n, static_cast<std::uint32_t>(kind), n, excerpt(all, 40)));
   answer.state_digest = from.integer<std::uint64_t>();
   answer.energy_J = from.number();
   for (std::size_t tool = 0; tool < tools; ++tool) answer.response.force_N[tool] = from.vector();

@@ -97,6 +97,15 @@ rooms_too_large() {
   done
 }
 
+# names_in_two_rooms ROOT: lists headers that have the name of a header in another room. Who reads `#include "name.h"` should
+# not have to ask which one it is.
+names_in_two_rooms() {
+  local room
+  for room in $product; do
+    (cd "$1" && find "$room" -name '*.h' -printf "%f $room\n" 2>/dev/null)
+  done | sort -u | awk '$1 == name { print $2 ":1: [one name, one header] " name " is also in " room } { name = $1; room = $2 }'
+}
+
 # planted PATH TEXT: a tree with this file only
 planted() {
   rm -rf "$scratch/planted" && mkdir -p "$scratch/planted/$(dirname "$1")" && printf '%s\n' "$2" >"$scratch/planted/$1"
@@ -209,6 +218,17 @@ prove_sizes() {
   esac
 }
 
+prove_names() {
+  planted sim/src/a.h x
+  mkdir -p "$scratch/planted/harness/include/evenstep/harness" && cp "$scratch/planted/sim/src/a.h" "$scratch/planted/sim/b.h"
+  [ -z "$(names_in_two_rooms "$scratch/planted")" ] || fail 'the rule on names refuses headers of one room'
+  cp "$scratch/planted/sim/src/a.h" "$scratch/planted/harness/include/evenstep/harness/a.h"
+  case $(names_in_two_rooms "$scratch/planted") in
+    *a.h*) ;;
+    *) fail 'the rule on names does not see two headers of one name' ;;
+  esac
+}
+
 check_tree() {
   local rule found
   [ "$(tree "$1" | wc -l)" -ge 50 ] || fail "no source tree at $1"
@@ -220,11 +240,14 @@ check_tree() {
   [ -z "$found" ] || fail $'\n'"$found"
   found=$(rooms_too_large "$1")
   [ -z "$found" ] || fail $'\n'"$found"
+  found=$(names_in_two_rooms "$1")
+  [ -z "$found" ] || fail $'\n'"$found"
 }
 
 [ $# -eq 1 ] || { echo 'usage: room_rules.sh ROOT' >&2; exit 2; }
 prove_rules
 prove_sizes
+prove_names
 check_tree "$(realpath "$1")"
-[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules, the header opening and the sizes of the rooms hold"
+[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules, the header opening, the sizes of the rooms and the names of headers hold"
 [ "$failures" -eq 0 ]

@@ -1,4 +1,4 @@
-#include "printable.h"
+#include "excerpt.h"
 
 #include <algorithm>
 
@@ -28,7 +28,7 @@ std::size_t character_at(std::string_view text) {
 
 }  // namespace
 
-std::string printable(std::string_view text, std::size_t most) {
+std::string excerpt(std::string_view text, std::size_t most) {
   std::string out;
   while (!text.empty()) {
     const std::size_t length = character_at(text);

@@ -1,4 +1,4 @@
-#include "foreign_device.h"
+#include "registered_device.h"
 
 #include <fmt/format.h>
 

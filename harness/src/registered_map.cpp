@@ -1,4 +1,4 @@
-#include "foreign_map.h"
+#include "registered_map.h"
 
 #include <fmt/format.h>
 

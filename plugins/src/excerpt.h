@@ -7,6 +7,6 @@
 namespace evenstep::internal {
 
 /// At most `most` bytes of a text: control characters, and bytes that are not UTF-8, become '?'; "..." where it was cut.
-std::string printable(std::string_view text, std::size_t most);
+std::string excerpt(std::string_view text, std::size_t most);
 
 }  // namespace evenstep::internal
