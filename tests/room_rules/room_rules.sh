@@ -103,7 +103,9 @@ names_in_two_rooms() {
   local room
   for room in $product; do
     (cd "$1" && find "$room" -name '*.h' -printf "%f $room\n" 2>/dev/null)
-  done | sort -u | awk '$1 == name { print $2 ":1: [one name, one header] " name " is also in " room } { name = $1; room = $2 }'
+  done | sort -u | awk '
+    $1 == name { print $2 ":1: [one name, one header] " name " is also in " room }
+    { name = $1; room = $2 }'
 }
 
 # planted PATH TEXT: a tree with this file only
@@ -220,9 +222,9 @@ prove_sizes() {
 
 prove_names() {
   planted sim/src/a.h x
-  mkdir -p "$scratch/planted/harness/include/evenstep/harness" && cp "$scratch/planted/sim/src/a.h" "$scratch/planted/sim/b.h"
+  mkdir -p "$scratch/planted/harness/src" && cp "$scratch/planted/sim/src/a.h" "$scratch/planted/sim/b.h"
   [ -z "$(names_in_two_rooms "$scratch/planted")" ] || fail 'the rule on names refuses headers of one room'
-  cp "$scratch/planted/sim/src/a.h" "$scratch/planted/harness/include/evenstep/harness/a.h"
+  cp "$scratch/planted/sim/src/a.h" "$scratch/planted/harness/src/a.h"
   case $(names_in_two_rooms "$scratch/planted") in
     *a.h*) ;;
     *) fail 'the rule on names does not see two headers of one name' ;;
@@ -249,5 +251,6 @@ prove_rules
 prove_sizes
 prove_names
 check_tree "$(realpath "$1")"
-[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules, the header opening, the sizes of the rooms and the names of headers hold"
+[ "$failures" -eq 0 ] &&
+  echo "room_rules: ${#rules[@]} rules, the header opening, the sizes of the rooms and the names of headers hold"
 [ "$failures" -eq 0 ]
