@@ -476,7 +476,8 @@ case_the_check_counts_a_stage_that_could_not_start() {
   echo 'if' >>c/evenstep
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '2 passed, 6 failed' ]] || fail "not 5 stages and a build failed, and the tests under tsan and the summaries passed"
+  # The tests under tsan and the summaries pass.
+  [[ $(tail -1 out) == '2 passed, 6 failed' ]] || fail "not 5 stages and a build failed"
 }
 case_the_check_counts_a_stage_that_ran_no_test() {
   clone c
