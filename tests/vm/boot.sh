@@ -3,8 +3,8 @@
 # only process. It needs no root, and the guest has no network. qemu derives time from the number of instructions (-icount),
 # so guest time does not depend on how busy this machine is, and sleeping costs nothing.
 #
-# All boots make the live runs. Only the first one runs the tests, too. FOLDER/1.log has all that it printed. FOLDER/live.log
-# and FOLDER/2.log have what the last two boots printed about the live runs.
+# The first boot does everything. FOLDER/1.log has all that it printed. The next one ends after the first live run.
+# FOLDER/live.log and FOLDER/2.log have what the last two boots printed about that run.
 #
 # Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once
 # (70 MB) and kept.
@@ -65,7 +65,7 @@ cp -- "$@" root/bin/
 for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program" 2>/dev/null || true; done
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
-# --- boots twice, or up to four times until two boots in a row say the same about the live runs: on a busy machine qemu's
+# --- boots twice, or up to four times until two boots in a row say the same about that run: on a busy machine qemu's
 # instruction clock has moved by microseconds. The serial line is a file, because a full pipe would stop the guest.
 
 # boot MARK LOG : boots and waits until the guest has printed the mark
@@ -87,9 +87,9 @@ boot() {
 }
 rm -f 1.log 2.log
 boot end 1.log
-sed '/^== kernel$/q' 1.log >live.log
+sed '/^== live-pid$/q' 1.log >live.log
 for boots in 2 3 4; do
-  boot kernel 2.log
+  boot live-pid 2.log
   if cmp -s live.log 2.log; then break; fi
   ((boots == 4)) || mv 2.log live.log
 done

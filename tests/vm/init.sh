@@ -1,6 +1,6 @@
 #!/bin/sh
 # The guest's first and only process. It loads the kernel's HID modules, runs what is to be tested, and powers off. The test
-# reads from the serial line what is between two marks. The live runs come first, because a second boot repeats only these.
+# reads from the serial line what is between two marks. A live run comes first, because a second boot repeats only that.
 export PATH=/bin HOME=/tmp NO_COLOR=1
 mount -t proc none /proc
 mount -t sysfs none /sys
@@ -36,7 +36,6 @@ echo "== kernel: $?"
 for module in evdev uinput usb-common usbcore usbhid usbip-core vhci-hcd; do
   insmod /modules/$module.ko || echo "no module $module"
 done
-# The second boot does not repeat these.
 live live-evdev uinput_player 8000 10000
 live live-evdev-arrival uinput_player 6000 10000
 echo "== evdev"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # judge.sh FOLDER LINE... : passes if every regular expression matches a line of the guest's log.
 # judge.sh FOLDER --of SCENARIO LINE... : the same for what the guest printed about that live run.
-# judge.sh FOLDER --same : passes if two boots printed the same about the live runs.
+# judge.sh FOLDER --same : passes if two boots printed the same about the first live run.
 set -euo pipefail
 folder=$1
 shift
