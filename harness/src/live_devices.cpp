@@ -14,9 +14,9 @@
 #include "evenstep/device/inverse3/inverse3_socket.h"
 #include "evenstep/device/looked_for.h"
 #include "evenstep/harness/simulated_devices.h"
-#include "registered_device.h"
 #include "make_driver.h"
 #include "read_only_device.h"
+#include "registered_device.h"
 
 namespace evenstep {
 namespace {

@@ -15,8 +15,8 @@
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/inverse3/simulated_inverse3.h"
 #include "evenstep/scheduler/random.h"
-#include "registered_device.h"
 #include "read_only_device.h"
+#include "registered_device.h"
 
 namespace evenstep::internal {
 namespace {

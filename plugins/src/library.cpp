@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "elf.h"
-#include "library_parts.h"
 #include "excerpt.h"
+#include "library_parts.h"
 
 namespace evenstep {
 namespace {
