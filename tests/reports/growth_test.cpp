@@ -1,5 +1,7 @@
 #include "evenstep/reports/growth.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

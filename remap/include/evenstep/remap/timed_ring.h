@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <cstring>
@@ -31,7 +32,10 @@ class TimedRing {
   };
   /// The last `capacity` >= 2 entries before a head are readable at it, until more than `spare` have been pushed since.
   explicit TimedRing(std::size_t capacity, std::size_t spare = 0)
-      : capacity_(capacity), kept_(capacity + spare), slots_(std::make_unique<Slot[]>(kept_ + 1)) {
+      : capacity_(capacity),
+        kept_(capacity + spare),
+        mask_(std::bit_ceil(kept_ + 1) - 1),
+        slots_(std::make_unique<Slot[]>(mask_ + 1)) {
     assert(capacity >= 2);
   }
 
@@ -45,7 +49,7 @@ class TimedRing {
     std::array<std::uint64_t, kWords> words{};
     const Entry entry{time, value};
     std::memcpy(words.data(), &entry, sizeof(Entry));
-    Slot& slot = slots_[head % (kept_ + 1)];
+    Slot& slot = slots_[head & mask_];
     for (std::size_t i = 0; i < kWords; ++i) slot[i].store(words[i], std::memory_order_release);
     head_.store(head + 1, std::memory_order_release);
   }
@@ -54,7 +58,7 @@ class TimedRing {
   /// below zero wraps round to a large number.)
   bool get(std::uint64_t index, std::uint64_t head, Entry& entry) const {
     if (head - index - 1 >= capacity_) return false;
-    return copy(slots_[index % (kept_ + 1)], index, entry);
+    return copy(index, entry);
   }
 
   enum class Place {
@@ -68,13 +72,12 @@ class TimedRing {
   /// Most reads lie near the newest entry, so the search doubles its distance from there and then halves the gap: an entry k
   /// back takes about 2 log2(k) looks. What the writer has overwritten by now counts as too old, which it is.
   Place find(RealTime at, std::uint64_t head, Entry& earlier, Entry& later) const {
-    const std::uint64_t slots = kept_ + 1, newest = (head - 1) % slots;
     // Distances from the newest entry: the one at `after` lies after `at`, the one at `before` does not or is out of reach.
     std::uint64_t after = 0, before = std::min<std::uint64_t>(head, capacity_);
     bool found = false, doubling = true;
     for (std::uint64_t back = 1; before - after > 1;) {
       Entry entry;
-      const bool there = copy(slots_[newest < back ? newest + slots - back : newest - back], head - 1 - back, entry);
+      const bool there = copy(head - 1 - back, entry);
       if (there && at < entry.time) {
         later = entry;
         after = back;
@@ -95,17 +98,19 @@ class TimedRing {
   using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
 
   /// False if the writer may have begun to overwrite it.
-  bool copy(const Slot& slot, std::uint64_t index, Entry& entry) const {
+  bool copy(std::uint64_t index, Entry& entry) const {
+    const Slot& slot = slots_[index & mask_];
     std::array<std::uint64_t, kWords> words;
     for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach
-    // here.
+    // The writer may be filling the entry after the newest. Its slot held an entry at least kept_ + 1 before, which is out
+    // of reach here.
     if (head_.load(std::memory_order_relaxed) - index - 1 >= kept_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
     return true;
   }
 
-  std::size_t capacity_, kept_;
+  // As many slots as the next power of two: an entry's slot is then a mask away, where a remainder would take a division.
+  std::size_t capacity_, kept_, mask_;
   std::unique_ptr<Slot[]> slots_;
   std::atomic<std::uint64_t> head_{0};
 };
