@@ -159,8 +159,9 @@ case_every_summary_fits_the_schema() {
   "$evenstep" schema summary >schema.json || fail "no schema"
   cmp -s schema.json "$source_dir/docs/schema/summary-1.json" || fail "another schema than docs/schema/summary-1.json"
   expect 2 "there is no such schema" schema summery
-  # All shipped scenarios, each shorter than its expectations need. They fail, but their summaries must fit the schema.
-  "$evenstep" run "$source_dir"/scenarios/{paper,timing,sizing,recorded,closed-loop,safety} --long --out all \
+  # Shipped scenarios, each shorter than its expectations need. They fail, but their summaries must fit the schema. (.ci/run
+  # looks at those of all scenarios, which it runs as they are.)
+  "$evenstep" run "$source_dir"/scenarios/{paper,timing,sizing,closed-loop,safety} --long --out all \
     --set run.duration="0.4 s" --set run.warmup="0.1 s" >out 2>err
   # Only the cases that take a second at most, as the summaries of all cases have the same form.
   "$evenstep" run "$source_dir"/scenarios/extreme/{diverged,hand-jump,unstable-step,s16-degenerate,s18-devices}.toml \
@@ -169,7 +170,7 @@ case_every_summary_fits_the_schema() {
     >>out 2>>err
   mkdir bad && echo 'format = 2' >bad/a.toml && echo 'format = 1' >bad/b.toml
   "$evenstep" run bad --out broken >>out 2>>err
-  python3 "$source_dir/tests/compare/validate.py" schema.json all cases live broken >out 2>err || fail "summaries and schema"
+  python3 "$source_dir/tests/compare/validate.py" --every-key schema.json all cases live broken >out 2>err || fail "summaries and schema"
 }
 
 declare -F "case_$3" >/dev/null || { echo "no case '$3'"; exit 1; }
