@@ -170,7 +170,8 @@ case_every_summary_fits_the_schema() {
     >>out 2>>err
   mkdir bad && echo 'format = 2' >bad/a.toml && echo 'format = 1' >bad/b.toml
   "$evenstep" run bad --out broken >>out 2>>err
-  python3 "$source_dir/tests/compare/validate.py" --every-key schema.json all cases live broken >out 2>err || fail "summaries and schema"
+  python3 "$source_dir/tests/compare/validate.py" --every-key schema.json all cases live broken >out 2>err ||
+    fail "summaries and schema"
 }
 
 declare -F "case_$3" >/dev/null || { echo "no case '$3'"; exit 1; }
