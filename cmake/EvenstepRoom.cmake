@@ -43,6 +43,9 @@ macro(evenstep_find out)
   endforeach()
 endmacro()
 
+# No run spends its time in these rooms. With -O1 they compile in two thirds of the time that -O2 takes.
+set(EVENSTEP_ROOMS_OF_WORDS apps format pages plugins text)
+
 function(evenstep_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   add_library(evenstep_${name} STATIC ${ROOM_SOURCES})
@@ -71,6 +74,8 @@ function(evenstep_room name)
     EVENSTEP_SEES "${ROOM_SEES}" EVENSTEP_PACKAGES "${packages}")
   if(EVENSTEP_SANITIZE AND NOT name IN_LIST EVENSTEP_ROOMS_THAT_COMPUTE)
     target_compile_options(evenstep_${name} PRIVATE -O0)
+  elseif(PROJECT_IS_TOP_LEVEL AND name IN_LIST EVENSTEP_ROOMS_OF_WORDS)
+    target_compile_options(evenstep_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
   if(EVENSTEP_INSTALL)
     evenstep_install_room(${name})
