@@ -192,7 +192,7 @@ TEST_CASE("where a drawing can be cut off no pause of any schedule is over the b
   }
   CHECK(over == 0);
   CHECK(kept_over == 0);
-  CHECK(reached > 100);  // otherwise the budgets were never tight
+  CHECK(reached > evenstep::testing::cases(600));  // otherwise the budgets were never tight
   CHECK(unaccounted == 0);
 }
 
@@ -221,7 +221,7 @@ TEST_CASE("a governor that knows how long drawings take makes none that is over 
     left += left_out(after);
   }
   CHECK(wrong == 0);
-  CHECK(left > 1000);
+  CHECK(left > evenstep::testing::cases(5000));
 }
 
 TEST_CASE("a governor leaves out no more drawings in a row than it looks back", "[governor]") {
