@@ -118,12 +118,12 @@ class LogReader {
     if (begin.size() < size) return fail(kInputLogMagic.size(), "the file ends within its first 20 bytes");
     std::uint32_t version = 0;
     std::memcpy(&version, begin.data() + kInputLogMagic.size(), sizeof version);
-    if (version != kInputLogVersion)
-      return fail(
-          kInputLogMagic.size(),
-          fmt::format("is a recording of version {}, and this evenstep reads version {}: replay it with the evenstep "
-                      "that made it",
-                      version, kInputLogVersion));
+    if (version < kOldestInputLogVersion || version > kInputLogVersion)
+      return fail(kInputLogMagic.size(),
+                  fmt::format("is a recording of version {}, and this evenstep reads versions {} to {}: replay it with the "
+                              "evenstep that made it",
+                              version, kOldestInputLogVersion, kInputLogVersion));
+    version_ = version;
     at_ = size;
     return true;
   }
@@ -161,7 +161,7 @@ class LogReader {
     lanes_begun_ = lanes_begun_ || (kind != BlockKind::head && kind != BlockKind::file);
     switch (kind) {
       case BlockKind::head:
-        return take_head(decode<InputLogHead>(content));
+        return take_head(decode<InputLogHead>(content, version_));
       case BlockKind::file:
         return take_file(decode<FilePiece>(content));
       case BlockKind::device:
@@ -169,8 +169,7 @@ class LogReader {
       case BlockKind::simulation:
         return take_simulation(decode<SimulationSlice>(content));
       case BlockKind::end:
-        log_.end = decode<InputLogEnd>(content);
-        return log_.end && (log_.end->counters.size() == log_.inputs.size() || wrong("counters of other devices"));
+        return take_end(decode<InputLogEnd>(content, version_));
     }
     return wrong("a kind that is not known");
   }
@@ -182,6 +181,7 @@ class LogReader {
 
   bool take_head(std::optional<InputLogHead> head) {
     if (!head) return false;
+    if (version_ >= 3 && head->format != version_) return wrong("another version than the file begins with");
     if (head->tools == 0 || head->tools > kMaxTools) return wrong("the number of devices");
     log_.head = std::move(*head);
     log_.inputs.resize(log_.head.tools);
@@ -300,9 +300,19 @@ class LogReader {
     return true;
   }
 
+  bool take_end(std::optional<InputLogEnd> end) {
+    if (!end) return false;
+    if (end->counters.size() != log_.inputs.size()) return wrong("counters of other devices");
+    const std::int64_t begun = std::ssize(log_.rows.steps) + (log_.unfinished ? 1 : 0);
+    if (end->steps_due && (*end->steps_due < begun || *end->steps_due > kMostEvents)) return wrong("a count of steps");
+    log_.end = std::move(*end);
+    return true;
+  }
+
   LogBytes& bytes_;
   InputLogReading reading_;
   InputLog log_;
+  std::uint32_t version_ = kInputLogVersion;
   std::size_t at_ = 0;
   std::string wrong_;
   bool lanes_begun_ = false;

@@ -1,6 +1,6 @@
 #pragma once
 // The bytes of a recording's blocks. Each struct has one function `code`, which lists its fields: it is what writes them and
-// what reads them. A field more is a word more in that list, and kInputLogVersion one higher.
+// what reads them. A field more is a line more there that asks for the version, and kInputLogVersion one higher.
 //
 // Integers and doubles are little-endian, bool is a byte 0 or 1; in front of a text or list stands how long it is (32 bits),
 // in front of what may be missing a bool.
@@ -112,10 +112,12 @@ template <class Codec>
 void code(Codec& codec, InputLogHead& head) {
   codec(head.version, head.build, head.scenario_file, head.scenario_text, head.files, head.origin.date, head.origin.commit,
         head.devices, head.forces, head.permute_ties, head.strategy, head.tools);
+  if (codec.version() >= 3) codec(head.format);
 }
 template <class Codec>
 void code(Codec& codec, InputLogEnd& end) {
   codec(end.trace_hash, end.forces_digest, end.interrupted, end.real_time_granted, end.counters);
+  if (codec.version() >= 3) codec(end.steps_due);
 }
 
 /// Writes at the end of `bytes`.
@@ -123,6 +125,7 @@ class Encoder {
  public:
   static constexpr bool kReads = false;
   explicit Encoder(std::vector<std::byte>& bytes) : bytes_(bytes) {}
+  std::uint32_t version() const { return kInputLogVersion; }
   template <class... Fields>
   void operator()(Fields&... fields) {
     (one(fields), ...);
@@ -184,7 +187,8 @@ class Encoder {
 class Decoder {
  public:
   static constexpr bool kReads = true;
-  explicit Decoder(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  Decoder(std::span<const std::byte> bytes, std::uint32_t version) : bytes_(bytes), version_(version) {}
+  std::uint32_t version() const { return version_; }
   template <class... Fields>
   void operator()(Fields&... fields) {
     (one(fields), ...);
@@ -260,6 +264,7 @@ class Decoder {
   }
 
   std::span<const std::byte> bytes_;
+  std::uint32_t version_;
   std::size_t at_ = 0;
   bool failed_ = false;
 };
@@ -269,10 +274,10 @@ void encode(const Struct& value, std::vector<std::byte>& bytes) {
   Encoder encoder(bytes);
   encoder(const_cast<Struct&>(value));  // it only reads; `code` is one function for both ways
 }
-/// Empty if these bytes are not exactly one of these.
+/// Empty if these bytes are not exactly one of these, in a file of this version.
 template <class Struct>
-std::optional<Struct> decode(std::span<const std::byte> bytes) {
-  Decoder decoder(bytes);
+std::optional<Struct> decode(std::span<const std::byte> bytes, std::uint32_t version = kInputLogVersion) {
+  Decoder decoder(bytes, version);
   std::optional<Struct> value(std::in_place);
   decoder(*value);
   return decoder.whole() ? std::move(value) : std::nullopt;

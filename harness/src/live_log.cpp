@@ -119,7 +119,8 @@ bool LiveLog::write_rest(const LiveRecording& recording) {
                   .forces_digest = digest_of_forces(recording.record),
                   .interrupted = recording.record.interrupted,
                   .real_time_granted = recording.rights.fifo(),
-                  .counters = {}};
+                  .counters = {},
+                  .steps_due = recording.record.steps_due};
   for (const DeviceRecord& device : recording.record.devices) end.counters.push_back(device.counters);
   std::vector<std::byte> bytes;
   encode(end, bytes);

@@ -416,6 +416,8 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   replayed.difference = difference_of(lanes, log);
   recording.record = std::move(lanes.record);
   recording.record.interrupted = !log.whole();
+  // Its timing has those that began; how many never did only the last block says.
+  recording.record.steps_due = log.end ? log.end->steps_due : std::nullopt;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool) {
     DeviceRecord& device = recording.record.devices[tool];
     const Rows<LiveTick>& live = log.ticks[tool];

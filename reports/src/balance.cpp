@@ -70,7 +70,7 @@ void check_steps(const RunRecord& run, const StrategyRecord& strategy, Ledger& l
   const std::int64_t steps = std::ssize(strategy.steps);
   ledger.at_most(steps, "steps ended", strategy.steps_begun, "began");
   ledger.at_most(strategy.steps_begun, "steps began", steps + 1, "can have, with the one that the end cut off");
-  ledger.at_most(strategy.steps_begun, "steps began", strategy.steps_due, "were due");
+  if (strategy.steps_due) ledger.at_most(strategy.steps_begun, "steps began", *strategy.steps_due, "were due");
   std::int64_t ticks = 0, underruns = 0;  // of steps that ended
   for (const DeviceRecord& device : strategy.devices) {
     ticks += std::ssize(device.ticks);

@@ -422,8 +422,9 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   put(values, "limit_particle", static_cast<double>(solver.limit_particle), solver.step_limit_s > 0);
   put(values, "iterations", solver.iterations, solver.iterations > 0);
   put(values, "solver_seconds", solver.solver_seconds);
-  put(values, "steps_begun", static_cast<double>(strategy.steps_begun), strategy.steps_due > 0);
-  put(values, "steps_not_begun", static_cast<double>(strategy.steps_due - strategy.steps_begun), strategy.steps_due > 0);
+  put(values, "steps_begun", static_cast<double>(strategy.steps_begun), strategy.steps_due != 0);
+  const std::int64_t due = strategy.steps_due.value_or(0);
+  put(values, "steps_not_begun", static_cast<double>(due - strategy.steps_begun), due > 0);
   put(values, "steps_over_limit", static_cast<double>(solver.steps_over_limit), solver.variable_step);
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
   put_segment_mean(values, strategy, steps);

@@ -238,6 +238,9 @@ TEST_CASE("what is no recording, or one of another version, is refused with what
   later[16] = std::byte{99};
   CHECK_THAT(error_of(later), Catch::StartsWith("file:16: ") && Catch::Contains("version 99") &&
                                   Catch::Contains("the evenstep that made it"));
+  Bytes first = whole.bytes;
+  first[16] = std::byte{1};
+  CHECK_THAT(error_of(first), Catch::StartsWith("file:16: ") && Catch::Contains("reads versions 2 to 3"));
   Bytes headless = whole.bytes;
   headless.resize(whole.ends[0] - 1);
   CHECK_THAT(error_of(headless), Catch::StartsWith("file:20: ") && Catch::Contains("nothing to replay"));
@@ -246,6 +249,50 @@ TEST_CASE("what is no recording, or one of another version, is refused with what
   CHECK_THAT(error_of(swapped), Catch::Contains("block 1 stands where block 0 should"));
   CHECK_FALSE(is_input_log("/dev/null"));
   CHECK_THAT(errors_of(read_input_log("/dev/zero")), Catch::Contains("is no file"));
+}
+
+TEST_CASE("a recording of version 2 is read, and does not say how many steps were due") {
+  const auto with_end = [](std::uint8_t version, const Bytes& content) {
+    Bytes bytes = internal::file_begin(), head = encoded(made_up_head());
+    bytes[16] = std::byte{version};
+    if (version == 2) head.resize(head.size() - 4);  // it does not repeat the version
+    append(bytes, internal::block_bytes(internal::BlockKind::head, 0, head));
+    append(bytes, internal::block_bytes(internal::BlockKind::end, 1, content));
+    return parse_input_log(bytes, "x");
+  };
+  // Hash and digest, two bools, the number of devices, and of each how many counters it has.
+  Bytes end(8 + 8 + 2);
+  end[0] = std::byte{7};
+  append(end, {std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}});
+  append(end, Bytes(4));
+  const InputLogResult log = with_end(2, end);
+  INFO(errors_of(log));
+  REQUIRE(log);
+  REQUIRE(log->end);
+  CHECK(log->end->trace_hash == 7);
+  CHECK_FALSE(log->end->steps_due);
+  CHECK_THAT(errors_of(with_end(3, end)), Catch::Contains("its fields do not fill it"));
+  append(end, {std::byte{1}});
+  append(end, {std::byte{40}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}});
+  CHECK_THAT(errors_of(with_end(2, end)), Catch::Contains("its fields do not fill it"));
+  const InputLogResult later = with_end(3, end);
+  INFO(errors_of(later));
+  REQUIRE(later);
+  CHECK(later->end->steps_due == 40);
+}
+
+TEST_CASE("a recording has no fewer steps due than began") {
+  for (const std::int64_t due : {-1, 0, 8, 9, 10}) {
+    MadeUp made(1, false);
+    InputLogEnd end;
+    end.counters.resize(1);
+    end.steps_due = due;
+    made.add(internal::BlockKind::end, encoded(end));
+    const std::string errors = errors_of(parse_input_log(made.bytes, "x"));
+    INFO(due << ": " << errors);
+    CHECK(errors.empty() == (due >= 9));  // a slice has nine steps
+    if (due < 9) CHECK_THAT(errors, Catch::Contains("a count of steps"));
+  }
 }
 
 TEST_CASE("contents that no run can have are refused, though their checksums are right") {

@@ -64,7 +64,7 @@ TEST_CASE("each count that is changed by one breaks a law, which is named with i
       [](StrategyRecord& s) { s.devices[0].steps.pop_back(); },
       [](StrategyRecord& s) { s.steps.pop_back(); },
       [](StrategyRecord& s) { --s.steps_begun; },
-      [](StrategyRecord& s) { --s.steps_due; },
+      [](StrategyRecord& s) { --*s.steps_due; },
       [](StrategyRecord& s) { s.steps_begun += 2; },
       [](StrategyRecord& s) {
         s.underruns.push_back({0, 0, UnderrunRow::Side::force, {}, "hold"});
@@ -100,7 +100,7 @@ TEST_CASE("a late machine may skip ticks and fall behind, and a signal may end a
   device.flow->samples -= 20;
   device.flow->ticks_on_time -= 20;
   live.event_counts["device.tick"] -= 20;
-  live.steps_due += 30;
+  *live.steps_due += 30;
   ++live.steps_begun;
   ++live.event_counts["launch.launch"];
   CHECK(imbalances(run) == std::vector<std::string>{});

@@ -23,7 +23,8 @@
 
 namespace evenstep {
 
-inline constexpr std::uint32_t kInputLogVersion = 2;
+/// The version that is written, and the oldest that is read.
+inline constexpr std::uint32_t kInputLogVersion = 3, kOldestInputLogVersion = 2;
 /// Of all files in a recording together, unpacked.
 inline constexpr std::uint64_t kMostEmbeddedBytes = std::uint64_t{256} << 20;
 
@@ -46,6 +47,8 @@ struct InputLogHead {
   std::optional<std::uint64_t> permute_ties;
   std::string strategy;  ///< the live one
   std::uint32_t tools = 0;
+  /// The version that the file begins with, again: this one is under a checksum. Version 2 does not have it.
+  std::uint32_t format = kInputLogVersion;
 };
 
 /// A file that goes into the recording.
@@ -75,6 +78,8 @@ struct InputLogEnd {
   bool interrupted = false;         ///< by a signal, before the end of the scenario
   bool real_time_granted = false;
   std::vector<std::map<std::string, double>> counters;  ///< per device
+  /// Steps that were due before the end, with those that never began. Version 2 does not have it.
+  std::optional<std::int64_t> steps_due;
 };
 
 /// A recording as it was read. `missing` and the like are for people.

@@ -201,8 +201,9 @@ struct StrategyRecord {
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
-  /// Steps whose programmed begin lies in the run, and those that began: fewer where the simulation fell behind.
-  std::int64_t steps_due = 0, steps_begun = 0;
+  /// Steps whose programmed begin lies in the run; empty: its recording does not say.
+  std::optional<std::int64_t> steps_due = 0;
+  std::int64_t steps_begun = 0;  ///< fewer than were due where the simulation fell behind
   std::int64_t emission_repairs = 0;
   std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
