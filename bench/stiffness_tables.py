@@ -60,12 +60,12 @@ def metrics(evenstep, file, sets):
 
 
 def number(value):
-    """Three digits, all of those before the point."""
+    """Three significant digits, but always all digits before the point."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
 def three(value):
-    """Three digits, as whole as they are."""
+    """Three significant digits, without zeros at the end."""
     return f"{float(format(value, '.3g')):g}"
 
 
@@ -367,7 +367,7 @@ def sliding(evenstep):
 
 
 def sliding_swing(evenstep):
-    """Whether it also decays: the swing of each second, below and above the limit of contact."""
+    """The swing of each second, below and above the limit of contact: does it decay?"""
     rows = []
     for name, render, stiffnesses in (("`force`", FORCE, (16, 18, 19, 24)),
                                       ("`local` settled", SETTLED, (100, 115, 125, 250, 500))):

@@ -52,14 +52,14 @@ def number(value, digits=3):
 
 
 def pair(row, back, value):
-    """What the row that knows the future has, and where they differ what the one that looks back has."""
+    """The value of the row that knows the future. If the row that looks back has another one, that follows."""
     if row is None or "refused" in row:
         return "-"
     return value(row) if back is None else f"{value(row)} / {value(back)}"
 
 
 def columns(rows):
-    """For each what-if its row, and the one that looks back if there is one."""
+    """The row of each what-if, with the row that looks back if there is one."""
     out = []
     for at, row in enumerate(rows):
         if not row["looks_back"]:

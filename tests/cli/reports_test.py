@@ -1,4 +1,4 @@
-"""What a run leaves on the disk, whatever happens meanwhile: --junit, --trace-json, a full disk, a killed process, hostile
+"""What a run leaves on the disk, whatever happens to it: --junit, --trace-json, a full disk, a killed process, hostile
 names. reports_test.py PROGRAM SOURCE CASE"""
 import json
 import os
@@ -83,7 +83,7 @@ grid = {{ "remap.latency" = ["9 ms", "40 ms"] }}
 
 
 def case_points_of_a_sweep_in_junit(place):
-    """Those that fail are a testcase each, hostile names and all; those that pass are counted; a merge says the same."""
+    """Each point that fails is a testcase, also with a hostile name. Points that pass are only counted. `merge` writes the same."""
     file = place / "s.toml"
     file.write_text(scenario(HOSTILE, because=HOSTILE) + SWEEP.format(find=""), "utf-8")
 
@@ -106,7 +106,7 @@ def case_points_of_a_sweep_in_junit(place):
     assert call("merge", *parts, "--out", place / "merged.jsonl", "--junit", place / "two.xml").returncode == 1
     assert (place / "two.xml").read_bytes() == (place / "one.xml").read_bytes()
 
-    for latency, failures in (("40 ms", 0), ("9 ms", 1)):  # with find only the value that is found counts
+    for latency, failures in (("40 ms", 0), ("9 ms", 1)):  # with `find` only the value that it finds counts
         find = f'find = {{ smallest = "remap.latency", at_most = "{latency}" }}'
         file.write_text(scenario("found") + SWEEP.format(find=find), "utf-8")
         assert call("sweep", file, "--out", f"found-{failures}", "--junit", place / "f.xml").returncode == failures

@@ -16,10 +16,13 @@ The word after the fence says what a block is:
     cmake     a call whose functions exist in cmake/.
     json      lines of JSON.
     text      a picture, or the format of a file: nothing to run.
-A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist. So
-does a block of toml that only parses, with its first line.
-"long" ones run in a test of their own. "fails" ones run, and must exit with 1. The page * stands for all, and its command
-for all that begin so. A page whose blocks another test runs is "elsewhere": its command is *, its reason that test's file.
+exceptions.txt lists the commands that are treated in another way, each with its reason:
+    parsed     it is not run; its command, options and files must exist. For a block of toml, named by its first line: it
+               is only parsed.
+    long       it runs in a test of its own.
+    fails      it runs, and must exit with 1.
+    elsewhere  another test runs the blocks of this page. The command is *, the reason is the file of that test.
+The page * means all pages, and then the command means all commands that begin with it.
 """
 import json
 import os

@@ -1,5 +1,5 @@
 """validate.py SCHEMA FOLDER... : an independent validator (python3-jsonschema) accepts every *.toml below the folders, and
-refuses mistakes that an editor should show."""
+refuses files with mistakes, so that an editor can show them."""
 import glob
 import json
 import sys

@@ -3,7 +3,7 @@
 
     report_test.py PROGRAM SOURCE_DIR
 
-Exit status 77, with the reason, where there is no browser; what needs none is then still tested.
+Without a browser it tests what needs none, says so and exits with 77.
 """
 import base64
 import csv

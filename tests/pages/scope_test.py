@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A live run while it runs: its status line on a terminal, and its page in a browser and under clients that want to harm it.
+"""A live run while it runs: its status line on a terminal, its page in a browser, and what hostile clients can do to it.
 
     scope_test.py PROGRAM SOURCE_DIR
 
-Exit status 77, with the reason, where there is no browser; what needs none is then still tested. No test says how long
-anything takes: a run lasts until what is looked for has been seen, and is then interrupted.
+Without a browser it tests what needs none, says so and exits with 77. No test depends on how long anything takes: a run goes
+on until the test has seen what it waits for, and is then interrupted.
 """
 import fcntl
 import json
@@ -148,7 +148,7 @@ class InBrowser(unittest.TestCase):
                              3 * "phase_locked,direct (shadow)," + "force,sample")
             self.assertRegex(page.run("document.getElementById('figures').textContent"),
                              r"Time left\d+ s.*Rates[\d.]+ ticks/s, [\d.]+ steps/s.*Force, left[\d.]+ of 100 N")
-            # The hand moves evenly: from step to step direct's jumps.
+            # The hand moves evenly, so without the remap its path jumps from step to step.
             mapped, direct = page.run("""(() => {
               const s = scope.devices[0].steps;
               const spread = (x) => {

@@ -1,4 +1,4 @@
-"""Reads the samples with parsers that are not ours and looks for the values written."""
+"""Reads the sample files with parsers of other people and compares the values with those that were written."""
 import csv
 import json
 import pathlib

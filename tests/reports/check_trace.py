@@ -1,5 +1,5 @@
-"""Checks a trace.json against the rules of the Trace Event Format that a viewer relies on, and then that a mutation of each
-rule's matter is refused. Read from the format's description, not from our writer."""
+"""Checks a trace.json against the rules of the Trace Event Format that a viewer relies on. Then it breaks each rule in a copy,
+which must be refused. The rules are taken from the description of the format, not from our writer."""
 import copy
 import json
 import sys
@@ -22,7 +22,7 @@ def slices_of(events):
 
 
 def faults(document):
-    """The broken rules of a document, by name."""
+    """The names of the rules that a document breaks."""
     found = set()
     events = document.get("traceEvents") if isinstance(document, dict) else None
     if not isinstance(events, list) or not events:
