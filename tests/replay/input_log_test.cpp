@@ -272,8 +272,9 @@ TEST_CASE("a recording of version 2 is read, and does not say how many steps wer
   CHECK(log->end->trace_hash == 7);
   CHECK_FALSE(log->end->steps_due);
   CHECK_THAT(errors_of(with_end(3, end)), Catch::Contains("its fields do not fill it"));
-  append(end, {std::byte{1}});
-  append(end, {std::byte{40}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}});
+  end.push_back(std::byte{1});
+  end.push_back(std::byte{40});
+  end.resize(end.size() + 7);
   CHECK_THAT(errors_of(with_end(2, end)), Catch::Contains("its fields do not fill it"));
   const InputLogResult later = with_end(3, end);
   INFO(errors_of(later));

@@ -245,7 +245,7 @@ TEST_CASE("a replay that is not the run exits with 4 and says where it differs")
              Catch::Contains("tick"));
 }
 
-TEST_CASE("steps that never began in the live run are missing in its replay, too, and where it does not say, so is the count") {
+TEST_CASE("a replay counts the steps that never began in the live run, and none where the recording does not say") {
   const Folder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({})), folder / "x").exit == ExitCode::pass);
   InputLogResult log = read_input_log(folder / "x");

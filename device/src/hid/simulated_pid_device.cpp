@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "../effect_springs.h"
 #include "../turns.h"
 
 namespace evenstep {
