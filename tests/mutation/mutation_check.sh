@@ -2,7 +2,8 @@
 # mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a
 # time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
 # one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
-# mutation_check.sh SOURCE_DIR --texts : builds nothing; checks in seconds whether each mutation still matches the source.
+# mutation_check.sh SOURCE_DIR --texts [BUILD_DIR] : builds nothing; checks in seconds whether each mutation still matches the
+# source, and whether the tests that are named with it are among those of the build.
 # MUTATION=PATTERN: only mutations whose names match (such as 'judge-*'). JOBS=N: N jobs at a time (default: one per core).
 #
 # Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept, so that nothing is built
@@ -117,8 +118,25 @@ done <"$list"
 total=${#names[@]}
 ((total > 0)) || { echo "no mutation is called ${MUTATION:-anything}"; exit 2; }
 
+# has_cases BLOCK : whether each of its cases is a test of its program, as ctest lists them in `listed`
+has_cases() {
+  local test cases one
+  test=$(value "$1" test)
+  IFS=, read -ra cases <<<"$(value "$1" case)"
+  for one in "${cases[@]}"; do
+    # shellcheck disable=SC2053  # a pattern
+    while IFS= read -r name; do [[ ${name#"$test:"} == ?(' ')$one ]] && continue 2; done < <(grep "^$test:" <<<"$listed")
+    echo "no such case in $test: $one"
+    return 1
+  done
+}
+
 if [[ $2 == --texts ]]; then
   status=0
+  if [[ ${3-} ]]; then
+    listed=$(ctest --test-dir "$3" -N | sed -n 's/^ *Test *#[0-9]*: //p')
+    for i in "${!names[@]}"; do has_cases "${blocks[i]}" || { echo "ERROR ${names[i]}"; status=1; }; done
+  fi
   cd "$source_dir" && copy=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-mutation-XXXXXX") || exit 2
   trap 'rm -rf "$copy"' EXIT
   for i in "${!names[@]}"; do
