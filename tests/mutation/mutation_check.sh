@@ -2,8 +2,8 @@
 # mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a
 # time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
 # one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
-# mutation_check.sh SOURCE_DIR --texts [BUILD_DIR] : builds nothing; checks in seconds whether each mutation still matches the
-# source, and whether the tests that are named with it are among those of the build.
+# mutation_check.sh SOURCE_DIR --texts [BUILD_DIR] : builds nothing; checks in seconds whether each mutation still matches
+# the source, and whether the tests that are named with it are among those of the build.
 # MUTATION=PATTERN: only mutations whose names match (such as 'judge-*'). JOBS=N: N jobs at a time (default: one per core).
 #
 # Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept, so that nothing is built
