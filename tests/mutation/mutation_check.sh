@@ -65,12 +65,12 @@ apply() {
 
 # mutate NAME BLOCK : breaks the copy in the working directory and prints the verdict
 mutate() {
-  local name=$1 block=$2 test cases why code file changed=()
+  local name=$1 block=$2 test cases code file changed=()
   test=$(value "$block" test) cases=$(value "$block" case)
   if ! apply "$block" >why.log; then echo "ERROR $name: $(cat why.log)"
   elif ! build_test "$test"; then
-    why=$(grep -m2 'error' build.log || tail -2 build.log)
-    echo "ERROR $name is not built: $why"
+    if grep -q 'static assertion failed' build.log; then echo "killed $name: $test: a static assertion"
+    else echo "ERROR $name is not built: $(grep -m2 'error' build.log || tail -2 build.log)"; fi
   else
     run_test "$test" "$cases"
     code=$?

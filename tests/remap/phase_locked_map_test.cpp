@@ -362,7 +362,7 @@ TEST_CASE("on whole ns the slots of an even schedule are its begins: 100,000 ste
   CHECK(wrong == 0);
 }
 
-TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is not 1 s ahead: each step a segment") {
+TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is never a step ahead: each step a segment") {
   PhaseLockedMap map({}, {});
   RealTime now{};
   std::int64_t most_ns = 0;
@@ -372,7 +372,7 @@ TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is not 1 s a
     most_ns = std::max(most_ns, (step(map, n, now, end).read - now).ns);
     now = end;
   }
-  CHECK(most_ns < 1'000'000'000);
+  CHECK(most_ns < 2'000'000);  // the velocity falls with the pace; if it only relaxed, the slots would get 55 ms ahead
 }
 
 TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 1000 random ones") {
