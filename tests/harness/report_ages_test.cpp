@@ -67,6 +67,11 @@ TEST_CASE("an age that is not followed is an error of velocity times age, and it
     CHECK(metric_of_left(taken, "force", "sample_age_max") == Approx((most - least) * 1e-3 + 0.3e-3).epsilon(1e-6));
     CHECK(metric_of_left(taken, "force", "clock_rate_error") == 0);
     CHECK(metric_of_left(taken, "force", "ages_capped") == 0);
+    // A tick that no report has come for reads the position of the one before, which is in the ring already.
+    const auto& flow = taken.record.strategies.at(0).devices.at(0).flow;
+    REQUIRE(flow);
+    CAPTURE(flow->samples, flow->samples_repeated);
+    CHECK((flow->samples_repeated > 10) == (most > least));
   }
 }
 
