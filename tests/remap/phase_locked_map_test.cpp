@@ -362,7 +362,7 @@ TEST_CASE("on whole ns the slots of an even schedule are its begins: 100,000 ste
   CHECK(wrong == 0);
 }
 
-TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is never a step ahead: each step a segment") {
+TEST_CASE("a cold start is never a step ahead: one step of 250 ms and then steps of 2 ms, each a segment") {
   PhaseLockedMap map({}, {});
   RealTime now{};
   std::int64_t most_ns = 0;
