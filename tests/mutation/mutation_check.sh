@@ -69,7 +69,7 @@ mutate() {
   test=$(value "$block" test) cases=$(value "$block" case)
   if ! apply "$block" >why.log; then echo "ERROR $name: $(cat why.log)"
   elif ! build_test "$test"; then
-    if grep -q 'static assertion failed' build.log; then echo "killed $name: $test: a static assertion"
+    if grep -qE 'static(_assert| assertion) failed' build.log; then echo "killed $name: $test: a static assertion"
     else echo "ERROR $name is not built: $(grep -m2 'error' build.log || tail -2 build.log)"; fi
   else
     run_test "$test" "$cases"

@@ -283,17 +283,35 @@ TEST_CASE("a recording of version 2 is read, and does not say how many steps wer
   CHECK(later->end->steps_due == 40);
 }
 
-TEST_CASE("a recording has no fewer steps due than began") {
-  for (const std::int64_t due : {-1, 0, 8, 9, 10}) {
-    MadeUp made(1, false);
-    InputLogEnd end;
-    end.counters.resize(1);
-    end.steps_due = due;
-    made.add(internal::BlockKind::end, encoded(end));
-    const std::string errors = errors_of(parse_input_log(made.bytes, "x"));
-    INFO(due << ": " << errors);
-    CHECK(errors.empty() == (due >= 9));  // a slice has nine steps
-    if (due < 9) CHECK_THAT(errors, Catch::Contains("a count of steps"));
+TEST_CASE("a recording whose head has another version than the file begins with is refused") {
+  InputLogHead head = made_up_head();
+  head.format = 4;
+  Bytes bytes = internal::file_begin();
+  append(bytes, internal::block_bytes(internal::BlockKind::head, 0, encoded(head)));
+  CHECK_THAT(errors_of(parse_input_log(bytes, "x")), Catch::Contains("another version than the file begins with"));
+}
+
+TEST_CASE(
+    "a recording has no fewer steps due than began, the one that the end cut off included, nor more than any run has") {
+  for (const bool cut_off : {false, true}) {
+    for (const std::int64_t due : {INT64_C(-1), INT64_C(8), INT64_C(9), INT64_C(10), INT64_MAX}) {
+      MadeUp made(1, false);
+      if (cut_off) {
+        internal::SimulationSlice slice;
+        slice.heads = {{9}};
+        slice.unfinished = RealTime{20'000'000};
+        made.add(internal::BlockKind::simulation, encoded(slice));
+      }
+      InputLogEnd end;
+      end.counters.resize(1);
+      end.steps_due = due;
+      made.add(internal::BlockKind::end, encoded(end));
+      const std::string errors = errors_of(parse_input_log(made.bytes, "x"));
+      INFO(due << ": " << errors);
+      const bool possible = due >= (cut_off ? 10 : 9) && due < INT64_MAX;  // a slice has nine steps
+      CHECK(errors.empty() == possible);
+      if (!possible) CHECK_THAT(errors, Catch::Contains("a count of steps"));
+    }
   }
 }
 

@@ -260,6 +260,7 @@ TEST_CASE("a replay counts the steps that never began in the live run, and none 
   };
   const std::optional<double> as_it_was = not_begun();
   REQUIRE(as_it_was);
+  REQUIRE(log->end->steps_due);
   *log->end->steps_due += 7;
   CHECK(not_begun() == *as_it_was + 7);
   log->end->steps_due.reset();
