@@ -16,6 +16,14 @@ in_copy() {
 }
 line_of() { printf '%*s' "$1" '' | tr ' ' "$2"; }
 
+# The check builds asan-ubsan only after half of its time, and fuzz never; the preset dev is built by another test.
+case_cmake_can_configure_the_presets_of_clang() {
+  local preset
+  command -v clang++ >/dev/null || { echo "skipped: there is no clang++"; exit 77; }
+  for preset in asan-ubsan fuzz; do
+    cmake -S "$sources" --preset "$preset" -B "$work/$preset" >"$work/out" 2>&1 || { cat "$work/out"; fail "$preset"; }
+  done
+}
 case_no_line_is_longer_than_125_columns() { "$format" columns; }
 case_the_sources_are_laid_out_by_clang_format() { "$format" layout; }
 case_a_line_of_126_columns_is_seen_in_every_kind_of_file() {
