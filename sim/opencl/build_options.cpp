@@ -36,13 +36,21 @@ std::string tissue_options(const TissueConstants<float>& constants, const Lattic
 
 }  // namespace
 
+std::string common_options(cl_device_id device) {
+  std::string options = fmt::format("-DCHUNK={}", kChunk);
+  cl_device_fp_config config = 0;
+  check_cl(cl().clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
+  // GPUs default to 2.5 to 3 ulp for / and sqrt.
+  if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  return options;
+}
+
 std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features,
                           cl_device_id device) {
-  std::string options = tissue_options(constants, lattice, features);
-  options +=
-      fmt::format(" -DSTIFFNESS={} -DSTIFFNESS_PER_KG={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}",
-                  hex(constants.stiffness_N_per_m), hex(constants.stiffness_per_kg), hex(constants.half_mass_kg),
-                  hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
+  std::string options = common_options(device) + ' ' + tissue_options(constants, lattice, features);
+  options += fmt::format(" -DSTIFFNESS={} -DSTIFFNESS_PER_KG={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL",
+                         hex(constants.stiffness_N_per_m), hex(constants.stiffness_per_kg), hex(constants.half_mass_kg),
+                         hex(constants.quarter_stiffness_N_per_m), lattice.first);
   const auto vector = [](const char* name, const std::array<float, 3>& v) {
     return fmt::format(" -D{0}_x={1} -D{0}_y={2} -D{0}_z={3}", name, hex(v[0]), hex(v[1]), hex(v[2]));
   };
@@ -51,7 +59,6 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
   if (features.damping) options += " -DDAMPING -DDAMPING_PER_S=" + hex(constants.damping_per_s);
   if (features.gravity)
     options += " -DGRAVITY" + vector("GRAVITY", constants.gravity_m_per_s2) + vector("WEIGHT", constants.weight_N);
-  if (features.local_model) options += " -DLOCAL_MODEL";
   if (features.variable_step) {
     options += " -DVARIABLE_STEP";
   } else {
@@ -59,14 +66,8 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
                            hex(constants.half_step_s), hex(constants.acceleration), hex(constants.decay));
     if (features.gravity) options += vector("STEP_GRAVITY", constants.gravity);
   }
-  cl_device_fp_config config = 0;
-  check_cl(cl().clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
-  // GPUs default to 2.5 to 3 ulp for / and sqrt.
-  if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   return options;
 }
-
-std::string sums_options() { return fmt::format("-DCHUNK={}", kChunk); }
 
 std::string implicit_options(const TissueConstants<float>& constants, const SceneFeatures& features) {
   const auto& [x, y, z] = constants.gravity_m_per_s2;

@@ -26,6 +26,7 @@ ImplicitSolve::ImplicitSolve(const CellBuffers& cells, const ToolKernels& tools,
 void ImplicitSolve::bind(const ClField& u, const ClField& v) {
   const ClBuffer& mass = cells_.features.regions ? cells_.mass : cells_.mobile;
   const cl_float4 none{};
+  const cl_ulong first = cells_.lattice.first;
   const auto add_length = [](BoundKernel& kernel) {
     kernel.step_at = kernel.next();
     kernel.add(0.0f);
@@ -39,7 +40,7 @@ void ImplicitSolve::bind(const ClField& u, const ClField& v) {
     aim_grabs_.add(none, none, none, none);
   }
   begin_solve_ = commands_.kernel("begin_solve");
-  begin_solve_.add(u, v, cells_.mobile, x_, z_);
+  begin_solve_.add(u, v, cells_.mobile, x_, z_, first);
   add_length(begin_solve_);
   residual_ = commands_.kernel("residual");
   residual_.add(z_, x_, cells_.active, cells_.mobile);
@@ -55,11 +56,11 @@ void ImplicitSolve::bind(const ClField& u, const ClField& v) {
   apply_system_.step_at = apply_system_.next();
   apply_system_.add(none, none);
   advance_solution_ = commands_.kernel("advance_solution");
-  advance_solution_.add(p_, q_, scale_buffer_, x_, r_, products_);
+  advance_solution_.add(p_, q_, scale_buffer_, x_, r_, products_, first);
   advance_direction_ = commands_.kernel("advance_direction");
-  advance_direction_.add(r_, scale_buffer_, p_);
+  advance_direction_.add(r_, scale_buffer_, p_, first);
   finish_solve_ = commands_.kernel("finish_solve");
-  finish_solve_.add(x_, u, v);
+  finish_solve_.add(x_, u, v, first);
   add_length(finish_solve_);
   chunk_sum_ = commands_.kernel("chunk_sum");
   chunk_sum_.add(products_, product_sums_);

@@ -177,21 +177,23 @@ class OpenClTissue final : public TissueSolver {
   }
 
   std::string source() const {
-    std::string source = kSpringsSource;
-    source += is_implicit_ ? kImplicitSource : is_verlet_ ? kVerletSource : kAdvanceSource;
-    if (features().grab[0] || features().grab[1]) source += std::string(kGrabSource) + kGrabForceSource;
+    std::string source = std::string(kHeadSource) + kSpringsSource;
+    source += is_implicit_ ? kImplicitSystemSource : is_verlet_ ? kVerletSource : kAdvanceSource;
+    if (features().grab[0] || features().grab[1]) source += kGrabForceSource;
     if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
-    if (features().probes()) source += kProbeSource;
-    if (!watched().empty()) source += kDisplacementsSource;
     if (features().energy) source += kEnergySource;
     return source;
   }
 
+  /// Two programs. A driver that caches what it compiles has the second one for every scene, and compiles of its kernels
+  /// those that are launched.
   void build() {
     std::string options = build_options(cells_.constants, lattice(), features(), commands_.device().device);
     if (is_implicit_) options += implicit_options(cells_.constants, features());
     commands_.build(source(), options);
-    if (features().digest || features().energy || is_implicit_) commands_.build(kSumsSource, sums_options());
+    commands_.build(
+        std::string(kHeadSource) + kSumsSource + kGrabSource + kProbeSource + kDisplacementsSource + kImplicitSource,
+        common_options(commands_.device().device));
   }
 
   void allocate() {

@@ -40,7 +40,7 @@ void ToolKernels::bind(std::size_t direction, const ClField& u, const ClField& v
     if (!cells_.is_probe(tool)) continue;
     bind_probe(kernels.probe[tool], tool, u);
     probe_sums_[tool] = commands_.kernel("probe_sums");
-    probe_sums_[tool].add(probe_cells_, static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+    probe_sums_[tool].add(probe_cells_, cl_ulong{cells_.chunks()}, static_cast<cl_uint>(probe_at(tool)), result_buffer_);
   }
 }
 
@@ -68,8 +68,8 @@ void ToolKernels::bind_grab(Kernels& kernels, const ClField& u, const ClField& v
 void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) {
   const ToolConstants<float>& constants = cells_.constants.tools[tool];
   const auto& [x, y, z] = constants.center_m;
-  probe = commands_.kernel("probe_cells");
-  probe.add(u, cells_.rest_m, cells_.mobile, constants.stiffness);
+  probe = commands_.kernel(cells_.features.local_model ? "probe_model_cells" : "probe_cells");
+  probe.add(u, cells_.rest_m, cells_.mobile, cl_ulong{cells_.lattice.first}, constants.stiffness);
   radius_at_ = probe.next();
   probe.add(constants.radius_m, cl_float4{{x, y, z, 0}}, probe_cells_);
   probe.tools_at = probe.next();

@@ -22,8 +22,12 @@ mkdir -p elsewhere
 
 mkdir source
 tar -C "$source_dir" --exclude=./build --exclude=./.git --exclude='./build-*' -c . | tar -C source -x
-# Without optimization, which takes half the time.
-(cd source && block small >"$here/small.sh" &&
+# Without optimization and with all sources of a room as one, which takes a quarter of the time.
+cmake() {
+  if [[ $1 == -S ]]; then set -- "$@" -D CMAKE_UNITY_BUILD=ON; fi
+  command cmake "$@"
+}
+(export -f cmake && cd source && block small >"$here/small.sh" &&
   CMAKE_BUILD_TYPE=None CMAKE_BUILD_PARALLEL_LEVEL=2 quietly bash -euo pipefail "$here/small.sh")
 
 mkdir mine

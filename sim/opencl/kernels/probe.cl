@@ -1,25 +1,25 @@
 // What the tool feels through a probe. It takes two kernels, because only a loop over work-items is vectorised: the first
 // writes what every cell contributes to cells[value * span + index]; the second adds up partial sums over CHUNK cells that
 // are `partials` apart, sums[first + value * partials + partial], in the same order as the plain loop.
-#ifdef LOCAL_MODEL
-#define VALUES 14
-#else
-#define VALUES 3
-#endif
-
-__kernel void probe_cells(READ(u), READ(rest_), __global const float* restrict mobile, float stiffness, float radius,
-                          float4 c, __global float* restrict cells, float4 t) {
-  const size_t index = get_global_id(0), span = get_global_size(0);
-  const size_t i = index + FIRST;
-  const float xi = ux[i], yi = uy[i], zi = uz[i];
-  FROM_PROBE(t, c.x, c.y, c.z)
-  const float depth = radius - distance;
-  const float inside = INSIDE(depth);
-  const float factor = mobile[i] * (stiffness * inside / distance);
-  cells[index] = factor * dx;
-  cells[span + index] = factor * dy;
+#define PROBE READ(u), READ(rest_), __global const float* restrict mobile, ulong first, float stiffness, float radius, \
+              float4 c, __global float* restrict cells, float4 t
+#define FORCE_OF_PROBE                                                       \
+  const size_t index = get_global_id(0), span = get_global_size(0);          \
+  const size_t i = index + first;                                            \
+  const float xi = ux[i], yi = uy[i], zi = uz[i];                            \
+  FROM_PROBE(t, c.x, c.y, c.z)                                               \
+  const float depth = radius - distance;                                     \
+  const float inside = INSIDE(depth);                                        \
+  const float factor = mobile[i] * (stiffness * inside / distance);          \
+  cells[index] = factor * dx;                                                \
+  cells[span + index] = factor * dy;                                         \
   cells[2 * span + index] = factor * dz;
-#ifdef LOCAL_MODEL
+
+__kernel void probe_cells(PROBE) { FORCE_OF_PROBE }
+
+// With what the local model is made of besides.
+__kernel void probe_model_cells(PROBE) {
+  FORCE_OF_PROBE
   const float weight = mobile[i] * inside;
   cells[3 * span + index] = weight;
   cells[4 * span + index] = weight * (rest_x[i] + xi);
@@ -36,12 +36,11 @@ __kernel void probe_cells(READ(u), READ(rest_), __global const float* restrict m
   cells[11 * span + index] = along * (nx * nz);
   cells[12 * span + index] = along * (ny * nz);
   cells[13 * span + index] = mobile[i] > 0.0f ? distance - radius : FLT_MAX;
-#endif
 }
 
 // One work-item per value and partial sum. The last value of the local model, the gap, is a minimum instead of a sum.
-__kernel void probe_sums(__global const float* restrict cells, uint first, __global float* restrict values) {
-  const size_t item = get_global_id(0), partials = get_global_size(0) / VALUES;
+__kernel void probe_sums(__global const float* restrict cells, ulong partials, uint first, __global float* restrict values) {
+  const size_t item = get_global_id(0);
   const size_t value = item / partials, part = item % partials;
   __global const float* const of_value = cells + value * partials * CHUNK + part;
   float sum = value == 13 ? FLT_MAX : 0.0f;

@@ -1,6 +1,6 @@
-// Shared by all kernels. The host defines, as exact hexadecimal constants:
+// Shared by all kernels of the scene. The host defines, as exact hexadecimal constants:
 //   SPRINGS(S)      S(offset, rx, ry, rz, L, c / (k L^2)) for the 18 neighbours, in the order of summation
-//   STIFFNESS, HALF_MASS, QUARTER_STIFFNESS, FIRST, CHUNK
+//   STIFFNESS, STIFFNESS_PER_KG, HALF_MASS, QUARTER_STIFFNESS, FIRST
 //   STEP, HALF_STEP, ACCELERATION of a constant step, or else VARIABLE_STEP
 // and, for the features that the scene has:
 //   REGIONS, AXIAL_DAMPING, DAMPING (its factor DECAY or its DAMPING_PER_S), GRAVITY(G)
@@ -8,13 +8,7 @@
 //   PROBED          a tool is a probe; PROBES(P) P(tool, k, k / 2 in N/m, radius, cx, cy, cz) for those
 // One spring: d = (u_j - u_i) + r, and its force divided by k is (1 - L / len) d. The smallest normal number is added under
 // the root: it does not change a bit for a spring longer than 1e-15 m, and gives a spring of length 0, which has no
-// direction, no force instead of 0/0. There are products with 1 or 0 instead of branches, and indices are size_t (an int
-// index turns every load into a gather), so that the loop over work-items vectorises. There is no contraction and no
-// transcendental function, so that every device computes the same bits.
-#pragma OPENCL FP_CONTRACT OFF
-
-#define READ(V) __global const float* restrict V##x, __global const float* restrict V##y, __global const float* restrict V##z
-#define WRITE(V) __global float* restrict V##x, __global float* restrict V##y, __global float* restrict V##z
+// direction, no force instead of 0/0.
 
 #ifdef REGIONS
 #define STIFFNESSES , __global const float* restrict stiffness
@@ -80,15 +74,6 @@
 #define COUPLING_FORCES
 #endif
 
-// The vector from a probe's centre to cell i, and its length.
-#define FROM_PROBE(T, CX, CY, CZ)                                                               \
-  const float dx = (xi - T.x) + (rest_x[i] - (CX));                                             \
-  const float dy = (yi - T.y) + (rest_y[i] - (CY));                                             \
-  const float dz = (zi - T.z) + (rest_z[i] - (CZ));                                             \
-  const float square = dx * dx + dy * dy + dz * dz, distance = sqrt(square + FLT_MIN);
-// The depth, or 0 outside. A conditional expression would become a branch around the division (measured: seven times
-// slower).
-#define INSIDE(DEPTH) (((DEPTH) + fabs(DEPTH)) * 0.5f)
 #ifdef PROBED
 #define REST_ARGUMENTS , READ(rest_)
 #define ADD_PROBE(TOOL, K, HALF_K, RADIUS, CX, CY, CZ)                                          \

@@ -1,15 +1,10 @@
-// A program of its own: nothing in it depends on the scene, so a driver that caches what it compiles has it for every scene.
-// The host defines CHUNK.
-#pragma OPENCL FP_CONTRACT OFF
-
+// Sums over chunks of CHUNK cells, which the host defines.
 // Digest of the particle state: an integer mix per cell, then sums over fixed chunks, so that no work-group size matters.
 // All NaNs count as the same one, because it depends on the device which payload a NaN has.
 #define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
-#define CELLS(NAME) __global const float* restrict NAME
 
 // `first` is the index of the first cell; `digests` begins with it.
-__kernel void cell_digest(CELLS(ux), CELLS(uy), CELLS(uz), CELLS(vx), CELLS(vy), CELLS(vz),
-                          __global ulong* restrict digests, ulong first) {
+__kernel void cell_digest(READ(u), READ(v), __global ulong* restrict digests, ulong first) {
   const size_t index = get_global_id(0);
   const size_t i = index + first;
   ulong h = (ulong)index * 0x9e3779b97f4a7c15UL;
@@ -31,7 +26,7 @@ __kernel void chunk_digest(__global const ulong* restrict digests, __global ulon
   sums[chunk] = sum;
 }
 
-__kernel void chunk_sum(CELLS(values), __global float* restrict sums) {
+__kernel void chunk_sum(__global const float* restrict values, __global float* restrict sums) {
   const size_t chunk = get_global_id(0);
   float sum = 0.0f;
   for (int n = 0; n < CHUNK; ++n) sum += values[chunk * CHUNK + n];
