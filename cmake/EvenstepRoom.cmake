@@ -44,7 +44,7 @@ macro(evenstep_find out)
 endmacro()
 
 # Runs take as long with these rooms at -O1 (docs/testing.md), and they compile in three quarters of the time of -O2.
-set(EVENSTEP_ROOMS_AT_O1 apps campaigns catalogue format harness inverse3 pages plugins text)
+set(EVENSTEP_ROOMS_AT_O1 apps campaigns catalogue format harness inverse3 pages plugins reports_writers text)
 
 function(evenstep_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
@@ -67,18 +67,37 @@ function(evenstep_room name)
   endforeach()
   list(TRANSFORM ROOM_SEES PREPEND evenstep:: OUTPUT_VARIABLE seen)
   target_link_libraries(evenstep_${name} PUBLIC ${seen} ${ROOM_PUBLIC_LIBRARIES} PRIVATE ${private})
+  set_target_properties(evenstep_${name} PROPERTIES EXPORT_NAME ${name}
+    EVENSTEP_SEES "${ROOM_SEES}" EVENSTEP_PACKAGES "${packages}")
+  evenstep_compile(${name})
+  if(EVENSTEP_INSTALL)
+    evenstep_install_room(${name})
+  endif()
+endfunction()
+
+# evenstep_part(ROOM PART SOURCES) : more sources of the room, compiled as those of a room of the name ROOM_PART would be
+function(evenstep_part room part)
+  set(name ${room}_${part})
+  add_library(evenstep_${name} OBJECT ${ARGN})
+  get_target_property(folders evenstep_${room} INCLUDE_DIRECTORIES)
+  get_target_property(libraries evenstep_${room} LINK_LIBRARIES)
+  target_include_directories(evenstep_${name} PRIVATE ${folders})
+  target_link_libraries(evenstep_${name} PRIVATE ${libraries})
+  target_compile_features(evenstep_${name} PRIVATE cxx_std_20)
+  evenstep_compile(${name})
+  target_sources(evenstep_${room} PRIVATE $<TARGET_OBJECTS:evenstep_${name}>)
+endfunction()
+
+# evenstep_compile(NAME) : sets how the target of a room, or of a part of one, is compiled
+function(evenstep_compile name)
   # It can become a part of a shared object, which then shows nothing of it. What could be replaced from outside would not be
   # inlined, either: 317 instructions of the map instead of 288.
-  set_target_properties(evenstep_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
-    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-    EVENSTEP_SEES "${ROOM_SEES}" EVENSTEP_PACKAGES "${packages}")
+  set_target_properties(evenstep_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   if(EVENSTEP_SANITIZE AND NOT name IN_LIST EVENSTEP_ROOMS_THAT_COMPUTE)
     target_compile_options(evenstep_${name} PRIVATE -O0)
   elseif(PROJECT_IS_TOP_LEVEL AND name IN_LIST EVENSTEP_ROOMS_AT_O1)
     target_compile_options(evenstep_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
-  endif()
-  if(EVENSTEP_INSTALL)
-    evenstep_install_room(${name})
   endif()
 endfunction()
 

@@ -10,10 +10,10 @@
 namespace evenstep {
 namespace {
 
-constexpr std::size_t kColumns = 7;
-using Row = std::array<std::string, kColumns>;
+constexpr std::size_t kColumnCount = 7;
+using Row = std::array<std::string, kColumnCount>;
 constexpr std::size_t kVerdict = 5;
-constexpr std::array<bool, kColumns> kRight{false, false, true, false, true, false, false};
+constexpr std::array<bool, kColumnCount> kRight{false, false, true, false, true, false, false};
 
 Row row_of(const ExpectationResult& result) {
   return {result.signal,
@@ -49,14 +49,14 @@ std::string printable(std::string text) {
   return text;
 }
 
-std::string line_of(const Row& row, const std::array<std::size_t, kColumns>& widths, const char* colour) {
+std::string line_of(const Row& row, const std::array<std::size_t, kColumnCount>& widths, const char* colour) {
   std::string line;
-  for (std::size_t c = 0; c < kColumns; ++c) {
+  for (std::size_t c = 0; c < kColumnCount; ++c) {
     const std::string padding(widths[c] - internal::display_width(row[c]), ' ');
     const bool coloured = colour && c == kVerdict;
     if (kRight[c]) line += padding;
     line += coloured ? colour + row[c] + "\x1b[0m" : row[c];
-    if (c + 1 == kColumns) break;
+    if (c + 1 == kColumnCount) break;
     line += (kRight[c] ? "" : padding) + "  ";
   }
   return line + '\n';
@@ -67,9 +67,9 @@ std::string line_of(const Row& row, const std::array<std::size_t, kColumns>& wid
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour) {
   std::vector<Row> rows{{"signal", "metric", "value", "limit", "margin", "verdict", "where"}};
   for (const ExpectationResult& result : results) rows.push_back(row_of(result));
-  std::array<std::size_t, kColumns> widths{};
+  std::array<std::size_t, kColumnCount> widths{};
   for (Row& row : rows) {
-    for (std::size_t c = 0; c < kColumns; ++c) {
+    for (std::size_t c = 0; c < kColumnCount; ++c) {
       row[c] = printable(std::move(row[c]));
       widths[c] = std::max(widths[c], internal::display_width(row[c]));
     }
