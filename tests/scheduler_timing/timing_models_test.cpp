@@ -57,7 +57,7 @@ Estimate batch_means(const std::vector<double>& values) {
 
 }  // namespace
 
-TEST_CASE("spikes: a step of length d is hit with probability 1 - exp(-rate d), and then costs that much more") {
+TEST_CASE("spikes: a step of length d is hit with probability 1 - exp(-rate d), and then costs that much more", "[sweep]") {
   for (const std::int64_t step_ns : {ms / 2, 3 * ms / 2, 20 * ms}) {
     INFO("step " << step_ns);
     ProgrammedTiming timing{.step = Duration{step_ns}, .spikes = Spikes{20, {4 * ms}}};
@@ -91,7 +91,8 @@ TEST_CASE("pre-emption hits steps and visualizations alike, by their lengths") {
                  1 - std::exp(-0.111));
 }
 
-TEST_CASE("the cost of a pre-emption is Pareto between its bounds: Kolmogorov distance of 50 000 draws, three tails") {
+TEST_CASE("the cost of a pre-emption is Pareto between its bounds: Kolmogorov distance of 50 000 draws, three tails",
+          "[sweep]") {
   for (const double tail : {0.5, 1.0, 1.5, 4.0}) {
     INFO("tail " << tail);
     ProgrammedTiming timing{.visualization = {0}, .steps = {1}, .step = Duration{1 * ms}};
@@ -128,7 +129,8 @@ TEST_CASE("a pre-emption whose bounds are one time costs that time") {
   CHECK(mean_timing(timing).step_ns == 4 * ms);
 }
 
-TEST_CASE("regimes: two lengths of the visualization, a factor apart, mean V, lag-1 correlation 1 - 2 / mean length") {
+TEST_CASE("regimes: two lengths of the visualization, a factor apart, mean V, lag-1 correlation 1 - 2 / mean length",
+          "[sweep]") {
   for (const double mean_length : {1.25, 2.0, 8.0, 50.0}) {
     INFO("mean length " << mean_length);
     const Regimes regimes{1.6, mean_length};
@@ -149,7 +151,7 @@ TEST_CASE("regimes: two lengths of the visualization, a factor apart, mean V, la
   }
 }
 
-TEST_CASE("regimes of unequal shares: each level as often as asked, for as long as asked, and the mean stays V") {
+TEST_CASE("regimes of unequal shares: each level as often as asked, for as long as asked, and the mean stays V", "[sweep]") {
   for (const double share : {0.1, 0.3, 0.8}) {
     for (const double mean_length : {6.0, 20.0}) {
       INFO("share " << share << " mean length " << mean_length);
@@ -186,7 +188,7 @@ TEST_CASE("regimes begin in either one by a fair draw of the seed, and mean leng
   for (std::size_t k = 1; k < alternating.size(); ++k) CHECK(alternating[k] != alternating[k - 1]);
 }
 
-TEST_CASE("dropped and merged visualizations come as often as asked, and each segment by itself") {
+TEST_CASE("dropped and merged visualizations come as often as asked, and each segment by itself", "[sweep]") {
   const auto segments =
       play({.visualization_variation = 0.1, .dropped_visualization = 0.1, .merged_visualization = 0.2}, 50'000);
   const auto plain = play({.visualization_variation = 0.1}, 50'000);
