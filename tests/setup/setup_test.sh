@@ -454,6 +454,19 @@ case_the_check_counts_what_failed() {
   expect_status 1
   [[ $(tail -1 out) == '9 passed, 9 failed' ]] || fail "not 4 tests, 5 runs and the summaries"
 }
+case_the_check_leaves_out_scenarios_that_are_long() {
+  clone c
+  mkdir c/scenarios/stiff c/scenarios/timing
+  echo 'tags = ["paper"]' | tee c/scenarios/{stiff,timing}/short.toml >c/scenarios/timing/ten-minutes.toml
+  echo 'tags = ["paper", "long"]' | tee c/scenarios/{stiff,timing}/minutes.toml >c/scenarios/recorded/hours.toml
+  call c/.ci/run
+  expect_status 0
+  grep -qF '[run][scenarios/paper][scenarios/timing/short.toml][--repeat]' out || fail "not the short ones twice"
+  grep -qF '[run][scenarios/stiff/short.toml][scenarios/extreme]' out || fail "not the catalogue without its long one"
+  # Nothing is left of recorded/, so the program is given the folder and says what it finds there.
+  grep -qF '[scenarios/sources][scenarios/recorded]' out || fail "not the folder"
+  ! grep -qE 'minutes.toml|hours.toml' out || fail "a long scenario was run"
+}
 case_a_leak_checker_that_crashes_is_asked_once_more() {
   clone c
   cat >>c/CMakeLists.txt <<'END'
