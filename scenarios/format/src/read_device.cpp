@@ -336,7 +336,7 @@ const std::vector<Field>& device_fields() {
       {.table = "device.faults",
        .key = "at",
        .forms = kSpan,
-       .meaning = "The first tick not before.",
+       .meaning = "The first tick at or after this time.",
        .required = true,
        .range = between(0, kLongestRun_s),
        .example = "\"1 s\""},
@@ -364,15 +364,15 @@ const std::vector<Field>& device_fields() {
       {.table = "device",
        .key = "report_age",
        .forms = kSpan,
-       .meaning = "How old a report is when it comes, at least. It is subtracted from its time, but for `evdev`, whose "
+       .meaning = "How old a report is at least when it comes. This is subtracted from its time, except for `evdev`, whose "
                   "events are stamped by the host's own clock. Default: 0.",
        .range = between(0, 1),
        .example = "\"0.3 ms\""},
       {.table = "device",
        .key = "report_age_jitter",
        .forms = kSpan,
-       .meaning = "A simulated report is older than that by up to this, equally likely; the least latency has room for it, "
-                  "with a real device as well. Default: 0.",
+       .meaning = "A simulated report is older than that by up to this, uniformly distributed; the least latency allows for "
+                  "it, also with a real device. Default: 0.",
        .range = between(0, 1),
        .example = "\"0.2 ms\""},
       {.table = "device",
@@ -413,8 +413,8 @@ const std::vector<Field>& device_fields() {
       {.table = "device.guard",
        .key = "stale_force",
        .forms = kSpan,
-       .meaning =
-           "Cut off when the newest force of the schedule was due so long ago. Default: never; with `--device` 100 ms.",
+       .meaning = "The force is cut off when the newest one of the schedule was due this long ago. Default: never; with "
+                  "`--device` 100 ms.",
        .range = between(0, 60),
        .example = "\"100 ms\""},
       {.table = "device.guard",
@@ -435,7 +435,7 @@ const std::vector<Field>& device_fields() {
       {.table = "device.grab",
        .key = "radius",
        .forms = kQuantity,
-       .meaning = "Particles within it are held; of a `probe`: of its sphere.",
+       .meaning = "Particles within it are held; for a `probe`, the radius of its sphere.",
        .required = true,
        .dimension = D::length,
        .range = above(0),
@@ -479,15 +479,14 @@ const std::vector<Field>& device_fields() {
        .key = "emission",
        .forms = kWord,
        .default_toml = "\"linear\"",
-       .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.",
+       .meaning = "`hold`: the latest scheduled force. `linear`: interpolated between two; costs one slot more latency.",
        .words = "linear|hold"},
       {.table = "device.render",
        .key = "alpha",
        .forms = kWord | kNumber,
        .default_toml = "1.0",
-       .meaning =
-           "The local stiffness is played so many times as stiff. `auto`: what makes up for the latency, and 0.07 more; 1 "
-           "where the hand's damping allows more than that.",
+       .meaning = "Factor on the local stiffness that is played. `auto`: what makes up for the latency, and 0.07 more; 1 "
+                  "where the hand's damping allows more than that.",
        .words = "auto",
        .kinds = "local|device_spring",
        .range = above(0, 4)},

@@ -83,8 +83,8 @@ inline std::vector<Field> effect_rows(const EffectTexts& texts) {
        .key = "firmware_rate",
        .forms = kRate,
        .default_toml = "\"4 kHz\"",
-       .meaning = "How often the device renders its own springs: the simulated one does, of a real one the laws of "
-                  "stiffness believe it.",
+       .meaning = "How often the device renders its own springs. The simulated device does so; of a real one the laws of "
+                  "stiffness assume it.",
        .range = between(100, 100'000)},
       {.table = texts.table,
        .key = "gain",

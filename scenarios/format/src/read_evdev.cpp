@@ -26,8 +26,8 @@ std::vector<Field> EvdevSpec::fields() {
   const std::vector<Field> device{driver_table_row("evdev", "What Linux does not say of the device (docs/evdev.md).")};
   const std::vector<Field> own{
       update_rate_row("device.evdev", "\"1 kHz\"",
-                      "How many reports a second the device takes at most; changed forces take turns. More would wait in a "
-                      "queue of the kernel's.",
+                      "The most reports per second that the device takes; changed forces take turns. Any more would wait in "
+                      "a queue of the kernel.",
                       100'000),
       {.table = "device.evdev",
        .key = "still",

@@ -281,9 +281,8 @@ const std::vector<Field>& expect_fields() {
       {.table = "expect",
        .key = "confidence",
        .forms = kQuantity,
-       .meaning =
-           "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
-           "share of segments with an underrun; the maps alone run over the seeds that takes.",
+       .meaning = "Of an `underrun_rate`: how sure the `max` must be. What is judged is the upper bound of Clopper and "
+                  "Pearson on the share of segments with an underrun; for this the maps alone run over `seeds`.",
        .dimension = D::ratio,
        .range = above(0, 0.999999),
        .example = "\"95 %\""},
@@ -300,7 +299,7 @@ const std::vector<Field>& expect_fields() {
        .key = "expect_fail",
        .forms = kBoolean,
        .default_toml = "false",
-       .meaning = "A known fault: passing then fails."},
+       .meaning = "A known fault: if the expectation holds, that counts as a failure."},
       {.table = "expect",
        .key = "clock",
        .forms = kWord,

@@ -119,14 +119,14 @@ const std::vector<Field>& recovery_fields() {
        .key = "latency",
        .forms = kSpan,
        .default_toml = "\"1 ms\"",
-       .meaning = "So much above the greatest age of a force before the first fault it may be.",
+       .meaning = "The age of a force may exceed the greatest one before the first fault by this much.",
        .range = between(0, kLongestRun_s)},
       {.table = "recovery",
        .key = "jump",
        .forms = kQuantity,
        .default_toml = "\"10 %\"",
-       .meaning = "So much of the mean change from one sample to the next a jump may be above the greatest one before the "
-                  "first fault.",
+       .meaning = "A jump may exceed the greatest one before the first fault by this share of the mean change from one "
+                  "sample to the next.",
        .dimension = D::ratio,
        .range = between(0, 1000)},
   };

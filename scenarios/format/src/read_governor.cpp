@@ -70,7 +70,7 @@ const std::vector<Field>& governor_fields() {
        .key = "split",
        .forms = kInteger,
        .default_toml = "1",
-       .meaning = "Each drawing is made in so many parts, with the steps shared out between them.",
+       .meaning = "Each drawing is made in this many parts, with the steps shared out between them.",
        .range = between(1, 1000)},
       {.table = "timing.governor",
        .key = "budget",
@@ -91,15 +91,14 @@ const std::vector<Field>& governor_fields() {
        .key = "forecast",
        .forms = kInteger,
        .default_toml = "2",
-       .meaning =
-           "Of `skip` and `hold`: a drawing is expected to take as long as the longest of the last so many, and after so "
-           "many that were not made the next one is.",
+       .meaning = "n, for `skip` and `hold`: a drawing is expected to take as long as the longest of the last n, and after "
+                  "n that were not made the next one is made.",
        .range = between(1, 1000)},
       {.table = "timing.governor",
        .key = "pace",
        .forms = kRate | kDuration,
-       .meaning =
-           "Segments wait for this grid (with `split` their parts for one so many times as fine), and idle until then.",
+       .meaning = "Segments wait for this grid (with `split`, their parts wait for a grid that many times as fine), and "
+                  "idle until then.",
        .range = above(0),
        .example = "\"30 Hz\""},
   };

@@ -101,9 +101,8 @@ const std::vector<Field>& run_fields() {
       {.table = "run",
        .key = "interrupt",
        .forms = kSpan,
-       .meaning =
-           "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock "
-           "only.",
+       .meaning = "A signal (SIGINT, SIGTERM, a hang-up) comes at this time and ends the run within 20 ms. Default: none. "
+                  "Virtual clock only.",
        .range = between(0, kLongestRun_s),
        .example = "\"1 s\""},
       {.table = "run",
@@ -131,7 +130,8 @@ const std::vector<Field>& run_fields() {
        .key = "live",
        .forms = kWord,
        .default_toml = "\"phase_locked\"",
-       .meaning = "The one that has the device on a wall clock. (`ideal` knows the motion beforehand; no hand grants that.)",
+       .meaning = "The strategy that drives the device on a wall clock. (Not `ideal`: it would have to know the hand's "
+                  "motion beforehand.)",
        .words = "direct|paper|phase_locked"},
       {.table = "run",
        .key = "keep",

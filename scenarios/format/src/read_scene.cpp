@@ -317,7 +317,7 @@ const std::vector<Field>& scene_fields() {
        .key = "stiffness",
        .forms = kQuantity,
        .default_toml = "\"200 N/m\"",
-       .meaning = "k; of a `mode` at rest, twice that at once.",
+       .meaning = "k. For a `mode` it is the stiffness at rest; at first the tool feels twice that.",
        .kinds = "spring|wall|mode",
        .dimension = D::stiffness,
        .range = at_least(0)},
@@ -452,7 +452,7 @@ const std::vector<Field>& scene_fields() {
        .forms = kTable,
        .shape = Shape::list,
        .default_toml = "[]",
-       .meaning = "Boxes of another material; of two that hold the same particle the later counts. A spring between two "
+       .meaning = "Boxes of another material; if two contain the same particle, the later one counts. A spring between two "
                   "materials has the mean of their stiffnesses. At most 60.",
        .kinds = "tissue"},
       {.table = "scene",

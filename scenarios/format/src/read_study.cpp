@@ -256,7 +256,7 @@ const std::vector<Field>& study_fields() {
       {.table = "study.stiffness_limit",
        .key = "from",
        .forms = kQuantity,
-       .meaning = "Where the search begins; stable, it should be.",
+       .meaning = "Where the search begins; the loop should be stable there.",
        .required = true,
        .dimension = D::stiffness,
        .range = above(0),
@@ -280,9 +280,9 @@ const std::vector<Field>& study_fields() {
        .key = "mass",
        .forms = kWord,
        .default_toml = "\"kept\"",
-       .meaning =
-           "Of a tissue, whose regions and tools become stiffer in proportion. `kept`: what is stiffer swings faster. "
-           "`in-proportion`: masses and axial damping too, so that its frequencies stay, as those of a `mode` do.",
+       .meaning = "For a tissue, whose regions and tools become stiffer in proportion. `kept`: masses stay, so a stiffer "
+                  "tissue swings faster. `in-proportion`: masses and axial damping grow too, so that its frequencies stay, "
+                  "as those of a `mode` do.",
        .words = "kept|in-proportion"},
   };
   return rows;

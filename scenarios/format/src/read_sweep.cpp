@@ -282,7 +282,8 @@ const std::vector<Field>& sweep_fields() {
       {.table = "sweep",
        .key = "stop_after",
        .forms = kInteger,
-       .meaning = "So many failures, by number of point; what comes after is left out. Not with `find`.",
+       .meaning = "Ends the sweep at this many failures, in the order of point numbers; later points are left out. Not with "
+                  "`find`.",
        .range = between(1, 1e9),
        .example = "100"},
       {.table = "sweep",
@@ -303,7 +304,7 @@ const std::vector<Field>& sweep_fields() {
        .key = "*",
        .forms = kTable | kAnything,
        .shape = Shape::one_or_list,
-       .meaning = "A key of this scenario, as `--set` names it, and its values; a table is evenly spaced ones.",
+       .meaning = "A key of this scenario, as `--set` names it, and its values; a table stands for evenly spaced values.",
        .example = "[\"5 ms\", \"10 ms\"]"},
       {.table = "sweep.grid.*",
        .key = "from",

@@ -338,9 +338,9 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing",
        .key = "visualization",
        .forms = kWord | kWork | kDuration,
-       .meaning = "Run time V of the visualization, the mean where it varies. What is done in it on a wall clock: nothing; "
-                  "`render`: the tissue is drawn, which takes as long as it takes; `burn`: the compute device is kept busy. "
-                  "Under the virtual clock only V matters, so `render` needs it.",
+       .meaning = "Run time V of the visualization, the mean where it varies. On a wall clock nothing is done in it, unless "
+                  "it is `render`: the tissue is drawn, however long that takes; or `burn`: the compute device is kept "
+                  "busy. Under the virtual clock only V matters, so `render` needs it.",
        .words = "render",
        .kinds = kAnyOrder,
        .required = true,
@@ -383,7 +383,7 @@ const std::vector<Field>& timing_fields() {
        .key = "step",
        .forms = kWord | kDuration,
        .default_toml = "\"fill\"",
-       .meaning = "Run time s of a step, the mean where it varies. `fill`: as `steps` asks for.",
+       .meaning = "Run time s of a step, the mean where it varies. `fill`: computed from `steps`.",
        .words = "fill",
        .kinds = "concurrent",
        .range = above(0, kLongestRun_s)},
@@ -410,7 +410,7 @@ const std::vector<Field>& timing_fields() {
        .default_toml = "\"catch-up\"",
        .meaning = "`paced`, after a segment that took longer than T: `catch-up`: the next ones follow without idle time; "
                   "`absolute-grid`: at the next tick of the grid, the missed ones are left out; `from-last-update`: T after "
-                  "the segment before began, or at once.",
+                  "the start of the segment before, or at once if that is past.",
        .words = "catch-up|absolute-grid|from-last-update",
        .kinds = kAnyOrder},
       {.table = "timing",
@@ -429,7 +429,7 @@ const std::vector<Field>& timing_fields() {
        .key = "repeat",
        .forms = kInteger,
        .default_toml = "1",
-       .meaning = "How often the recording is played, each time from the end of the time before on.",
+       .meaning = "How often the recording is played, each time following on the last without a gap.",
        .kinds = "trace",
        .range = between(1, 1'000'000)},
       {.table = "timing",
@@ -456,12 +456,12 @@ const std::vector<Field>& timing_fields() {
        .key = "process",
        .forms = kText,
        .default_toml = "\"\"",
-       .meaning = "Of several processes that have such names: the one to take."},
+       .meaning = "If several processes have such names: the one to use."},
       {.table = "timing.roles",
        .key = "steps",
        .forms = kInteger,
        .default_toml = "0",
-       .meaning = "Of a recording of pictures: so many steps after each.",
+       .meaning = "For a recording of pictures: how many steps follow each of them.",
        .range = between(0, 10'000)},
       {.table = "timing.roles",
        .key = "step_time",
@@ -479,7 +479,7 @@ const std::vector<Field>& timing_fields() {
        .key = "name",
        .forms = kText,
        .default_toml = "\"\"",
-       .meaning = "Of a CSV with other columns: the one with the name."},
+       .meaning = "For a CSV file with other columns: the column with the name."},
       {.table = "timing.roles",
        .key = "begin",
        .forms = kText,
