@@ -1,5 +1,5 @@
 // Two loops that block, each on a thread of its own: they ask a clock for the time and sleep. Neither becomes a coroutine;
-// what changes is the clock. `blocking_loop` runs in virtual time, `blocking_loop wall` in real time.
+// only the clock changes. `blocking_loop` runs in virtual time, `blocking_loop wall` in real time.
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
@@ -29,7 +29,7 @@ struct Shared {
   }
 };
 
-// Stands for a GPU: where yours draws and computes, this one sleeps for as long as that takes.
+// Stands in for a GPU: where yours draws and computes, this one sleeps for as long as that would take.
 void gpu_works(BlockingClock& clock, Duration how_long) { clock.sleep_until(clock.now() + how_long, Lane::completion); }
 
 void haptic_loop(BlockingClock& clock, Shared& shared) {

@@ -15,7 +15,7 @@ constexpr double kVelocity_m_per_s = 0.1, kStiffness_N_per_m = 200;
 constexpr int kSegments = 60, kSteps = 15, kTicks = 2000;
 constexpr double kStep_m = kVelocity_m_per_s / (30 * kSteps);  // how far the hand moves in a slot
 
-enum Order { ends, ticks, begins };  // of two things at the same time
+enum Order { ends, ticks, begins };  // which of two things at the same time is first
 struct Time {                        // both threads count from the same start
   const bool wall;
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();

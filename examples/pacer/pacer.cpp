@@ -1,12 +1,12 @@
-// A pacer that a program has, judged on recorded frames: `pacer run pacer.toml` is evenstep with it as a map.
+// A program's own pacer, judged on recorded frames: `pacer run pacer.toml` is evenstep with this pacer as a map.
 #include <memory>
 #include <optional>
 
 #include "evenstep/apps/command_line.h"
 using namespace evenstep;
 
-/// The pacer as the program has it: before each frame it says when that one will be shown, and it is told when the frame
-/// was done. A line through the frames so far, which follows each error by a share.
+/// The pacer as the program has it: before each frame it says when that frame will be shown, and it is told when the frame
+/// was done. It keeps a straight line through the frames so far, and corrects it by a share of each error.
 class Pacer {
  public:
   RealTime predict_next(RealTime now) {

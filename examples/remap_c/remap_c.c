@@ -1,6 +1,6 @@
 /* The remap in plain C, with the timing of the paper: 30 times a second a visualization of 11.1 ms, and then 15 steps. The
  * hand moves evenly, and so do the positions that the steps read and the forces that the device plays. Here one thread plays
- * both parts, in programmed time; a program has two, and the device thread makes the calls of device_until. */
+ * both parts, in programmed time; a program has two, and its device thread makes the calls of device_until. */
 #include <evenstep_remap.h>
 
 #include <math.h>
@@ -26,7 +26,7 @@ static void add(velocity_jump* jump, double value, int judged) {
   jump->last = value;
 }
 
-/* The ticks of the device up to this time; one at this very time if `including`. */
+/* The ticks of the device before this time, and a tick at this very time if `including`. */
 static void device_until(evenstep_remap* remap, int64_t until_ns, int including, velocity_jump* felt) {
   static int64_t now_ns = 0;
   for (; now_ns < until_ns + including; now_ns += EVENSTEP_REMAP_MS) {

@@ -50,7 +50,7 @@ options, counts, remap, value = Options(), Counts(struct_size=ctypes.sizeof(Coun
 call("options_init", byref(options), ctypes.sizeof(options))
 options.lead_ns, options.latency_ns = MS * 261 // 1000, MS * 15_066 // 1000
 call("create", byref(options), byref(remap))
-END, TICK, BEGIN = range(3)  # of two things at the same time, the first in this order
+END, TICK, BEGIN = range(3)  # of two things at the same time, the first in this order comes first
 events = [(tick * MS, TICK, None) for tick in range(2000)]
 for k in range(60):
     segment, end = k * 1000 * MS // 30, (k + 1) * 1000 * MS // 30
@@ -64,7 +64,7 @@ for time_ns, _, what in sorted(events, key=lambda event: event[:2]):
         call("sample", remap, time_ns, (c_double * 3)(1e-10 * time_ns))  # 0.1 m/s
         call("force", remap, time_ns, value, None)
         felt_N.append(value[0])
-    elif what == "segment":  # and a simulation thread that
+    elif what == "segment":  # and a simulation thread does the rest
         call("segment", remap, time_ns)
     elif what == "begin_step":
         call("begin_step", remap, time_ns, value, None)

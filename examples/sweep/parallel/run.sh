@@ -1,6 +1,6 @@
 #!/bin/bash
-# run.sh SCENARIO [PARALLEL OPTIONS] : a job is a shard. The log says which ones are complete; those that are not run again,
-# also after parallel itself was killed. Exit status 1, points that fail, is a result.
+# run.sh SCENARIO [PARALLEL OPTIONS] : a job is a shard. The log says which jobs are complete; the others run again, also
+# after parallel itself was killed. Exit status 1 (some points fail) is a result.
 set -uo pipefail
 usage="usage: run.sh SCENARIO [OPTIONS OF parallel], with evenstep in the PATH"
 if (($# == 0)) || ! command -v evenstep >/dev/null; then echo "$usage" >&2; exit 2; fi
@@ -11,7 +11,7 @@ job="evenstep $work $(printf %q "$scenario") --shard auto --of ${SHARDS:-4} --re
 job+=' || [ $? -eq 1 ]'
 for attempt in 1 2 3 4 5; do
   if parallel --joblog "$kind.joblog" --resume-failed -N0 "$@" "$job" ::: $(seq "${SHARDS:-4}"); then
-    # Old parts of another scenario must not be merged: shard 1 is read again, and refuses if it is one.
+    # Old parts of another scenario must not be merged: reading shard 1 again fails if it is such a part.
     evenstep $work "$scenario" --shard 1/"${SHARDS:-4}" --resume --out parts >/dev/null
     if (($? > 1)); then exit 3; fi
     exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"

@@ -1,7 +1,7 @@
 #!/bin/bash
 # submit.sh SCENARIO : the shards as an array, and the merge when all its tasks have ended. It may be run again at any time,
-# and has to be if squeue shows no jobs of it and the merged file is not there: it submits those shards that are neither
-# complete nor in the queue, and the merge. What is held, or is complete though Slurm calls it running, is cancelled first.
+# and must be if squeue shows none of its jobs and the merged file is not there: it submits those shards that are neither
+# complete nor in the queue, and the merge. Held jobs, and complete ones that Slurm calls running, are cancelled first.
 set -euo pipefail
 if (($# != 1)) || ! command -v evenstep >/dev/null; then
   echo "usage: submit.sh SCENARIO, with evenstep in the PATH" >&2

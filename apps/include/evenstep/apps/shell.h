@@ -17,7 +17,7 @@ std::string shell_file(const std::string& file);
 std::string program_words(const char* called_as, const char* own_name);
 /// A message in which `evenstep list` and the like are written as they can be typed: with the program as it was started.
 std::string with_program(std::string_view message, const std::string& program);
-/// The command that runs one point of a sweep again. `file` is the path of the scenario from here.
+/// The command that runs one point of a sweep again. `file` is the path of the scenario from the working directory.
 std::string point_command(const std::string& program, const SweepHeader& header, const SweepPoint& point,
                           const std::string& file);
 

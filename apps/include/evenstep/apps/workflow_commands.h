@@ -1,8 +1,8 @@
 #pragma once
-/// What a step of GitHub Actions reads: annotations, and the job's summary in Markdown. Its runner takes every line of
-/// stdout and stderr for a command that begins with "::name", and what follows "##[name" anywhere in a line; so text of
-/// others must not pass unchanged. Written after actions/runner, ActionCommand.cs and OutputManager.cs. And what a terminal
-/// reads, which takes control characters for commands.
+/// Output for a step of GitHub Actions: annotations, and the job's summary in Markdown. GitHub's runner takes every line of
+/// stdout and stderr that begins with "::name" for a command, and also what follows "##[name" anywhere in a line; so text
+/// from elsewhere must not pass unchanged. Written after actions/runner, ActionCommand.cs and OutputManager.cs. Also output
+/// for a terminal, which takes control characters for commands.
 
 #include <cstddef>
 #include <string>
@@ -15,11 +15,11 @@ namespace evenstep {
 
 enum class AnnotationLevel { warning, error };
 
-/// One line, with its end: "::error file=…,line=…,col=…,title=…::message". Whatever is in them, the parts stay what they
-/// are. Of a place without a file, line or column, only what it has.
+/// One line, with its end: "::error file=…,line=…,col=…,title=…::message". Whatever the parts contain, none can end early or
+/// become another one. Of a place without a file, line or column, only what comes before that is written.
 std::string annotation(AnnotationLevel level, const Place& place, std::string_view title, std::string_view message);
 
-/// The file as an annotation names it: from the repository's folder, if it is below it, else as it is.
+/// The file as an annotation names it: relative to the repository's folder if it lies below that, else as it is.
 std::string file_in_repository(const std::string& file, const std::string& workspace);
 
 /// Lets text through, in pieces, so that the runner finds no command in it: "::" at the start of a line becomes ":_:", "#["
@@ -41,7 +41,7 @@ class TerminalGuard {
   std::string pass(std::string_view piece);
 
  private:
-  std::string held_;  ///< the begin of a character or sequence whose end is still to come
+  std::string held_;  ///< the beginning of a character or sequence whose end is still to come
 };
 
 /// A row of the job's summary.

@@ -1,7 +1,7 @@
 #pragma once
-/// `evenstep advise`: what a timing can have, and what it costs. Each choice of map, governor, latency and renderer is a
-/// scenario, which is run; its numbers are those of that run, of the sizing (size.h) and of the laws of stiffness
-/// (device/stiffness_laws.h). docs/advise.md says what is chosen and compared.
+/// `evenstep advise`: what can be chosen for a timing, and what each choice costs. Each choice of map, governor, latency and
+/// renderer is a scenario, which is run; its numbers are those of that run, of the sizing (size.h) and of the laws of
+/// stiffness (device/stiffness_laws.h). docs/advise.md says what is chosen and compared.
 
 #include <atomic>
 #include <cstdint>
@@ -23,17 +23,17 @@ namespace evenstep {
 inline constexpr std::int64_t kMostAdviceSteps = 300'000;
 
 struct AdviseOptions {
-  Rate sampling{1000, 1};        ///< of the device; that of a scenario is its slowest
+  Rate sampling{1000, 1};        ///< of the device; for a scenario, that of its slowest device
   double rate = 0.01;            ///< share of segments that may be late in the second choice of latency, in (0, 1)
   double damping_N_s_per_m = 1;  ///< of hand and device; above 0
   double mass_kg = 0.2;          ///< of hand and device; above 0
   Rate firmware_rate{4000, 1};   ///< at which a device renders springs by itself; at least 100 Hz
   std::vector<Rate> bandwidths{{1, 1}, {2, 1}};  ///< of `phase_locked`
   std::vector<std::string> renderers{"hold", "linear", "local", "device_spring"};
-  /// What a simulator could change (what_if.h), as it can do it without knowing the future. Empty: split 2, a budget of the
-  /// 90th percentile of the drawings, pace 90 % and own-lane.
+  /// What a simulator could change (what_if.h), in the form that it can do without knowing the future. Empty: split 2, a
+  /// budget of the 90th percentile of the drawings, pace 90 % and own-lane.
   std::optional<std::vector<WhatIf>> governors;
-  std::string program = "evenstep";  ///< how it is called, for comments in the scenarios
+  std::string program = "evenstep";  ///< how evenstep is called, for comments in the scenarios
   int threads = 0;                   ///< how many choices run at the same time; 0: one per core. The result is the same
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(double fraction)> progress;
@@ -45,7 +45,7 @@ struct AdviseResult {
   /// make.
   std::map<std::string, std::string> timings;
   std::vector<Diagnostic> errors;  ///< empty: the record is complete
-  bool interrupted = false;        ///< then it is not
+  bool interrupted = false;        ///< then the record is not complete
 };
 
 /// For a recording, as size_recording takes it; for a scenario's timing and its slowest device.

@@ -15,10 +15,10 @@ struct CompareSide {
   std::vector<RunSummary> runs;
 };
 
-/// A is before, B after. A run of each side is compared with the one of the same name; where names have no partner, with the
-/// one of the same scenario file, if that has only one run without a partner on each side; two single runs are always a
-/// pair. `allow_missing`: a run of A that B does not have breaks no threshold; otherwise it breaks all, because nobody can
-/// say that none of its figures is exceeded.
+/// A is before, B after. Runs of the same name are compared. A run whose name has no partner is compared with the one of the
+/// same scenario file, if that file has exactly one run without a partner on each side. Two single runs are always a pair.
+/// `allow_missing`: a run of A that B does not have exceeds no threshold; otherwise it exceeds all, because nobody can say
+/// that its figures keep to them.
 ComparisonRecord compare(const CompareSide& a, const CompareSide& b, const std::vector<Threshold>& thresholds,
                          bool allow_missing);
 

@@ -1,8 +1,9 @@
 #pragma once
-/// What each part of a run costs on this machine: of what is kept its share, of what the scene leaves out what it would add.
+/// What each part of a run costs on this machine: for a part that is kept, its share; for a part that the scene leaves out,
+/// what it would add.
 ///
 /// Everything is measured in interleaved pairs, with the part and without it, by the CPU time of the whole process: a busy
-/// neighbour then widens the interval instead of moving the median. Both of a pair must give the same bits.
+/// neighbour then widens the interval instead of moving the median. Both sides of a pair must give the same bits.
 ///   kept       100 (with - without) / with
 ///   left out   100 (with - without) / without
 

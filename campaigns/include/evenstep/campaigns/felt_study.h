@@ -1,6 +1,6 @@
 #pragma once
 /// `evenstep study`, [study] error = "felt-force": the error of the force that the hand feels against CPU time, for every
-/// strategy, method and step of a scenario, over what the run itself judges. Definition:
+/// strategy, method and step of a scenario, over the time that the run itself judges. Definition:
 /// evenstep/reports/felt_study_record.h.
 
 #include <atomic>
@@ -23,17 +23,17 @@ struct FeltStudyControl {
   std::string cache_folder;
 };
 
-/// Why there is no such study of the scenario, with the remedy; empty if there is. It takes devices whose motion is
+/// Why the scenario cannot have such a study, with the remedy; empty if it can. The study takes devices whose motion is
 /// programmed and that play the scheduled force, and at least one strategy that does not know the motion.
 std::string felt_study_objection(const Scenario& scenario);
 
-/// Errors are reproducible, costs are not. Throws RunFailure if there is no reference or if a run fails for another reason
-/// than its method and step; std::invalid_argument if felt_study_objection has one. If it is interrupted, it returns the
-/// points so far.
+/// Errors are reproducible, costs are not. Throws RunFailure if there is no reference or if a run fails for a reason other
+/// than its method and step; std::invalid_argument if felt_study_objection is not empty. If it is interrupted, it returns
+/// the points so far.
 FeltStudyRecord run_felt_study(const Scenario& scenario, const FeltStudyControl& control = {});
 
-/// The cheapest point that meets a goal such as "1 % force", as a sentence; `found` is false if none does. A share is one of
-/// the rms force. Costs of several machines: as in StudyAdvice.
+/// The cheapest point that meets a goal such as "1 % force", as a sentence; `found` is false if none does. A share is
+/// relative to the rms force. Costs of several machines: as in StudyAdvice.
 struct FeltAdvice {
   bool found = false;
   std::string text;

@@ -22,8 +22,8 @@ struct LatencyNeed {
 };
 LatencyNeed latency_need(std::span<const SegmentTiming> segments);
 
-/// What the scenario reader says against the [timing] table of this fit: its first error, or nothing. Some recordings are
-/// outside of what a table can say (a segment of 20 s, a visualization 200 times as long at the slow level).
+/// What the scenario reader objects to in the [timing] table of this fit: its first error, or nothing. Some recordings are
+/// beyond what a table can express (a segment of 20 s, a visualization 200 times as long at the slow level).
 std::string table_objection(const TimingFit& fit);
 
 struct FitComparison {
@@ -37,16 +37,16 @@ struct FitComparison {
 inline constexpr int kFitSeeds = 9;
 FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segments, int seeds = kFitSeeds);
 
-/// Two timings whose needs differ by more than this factor, either way, are not the same. A straight line is what no map can
-/// do in advance, so it may differ by more than the map that a run uses.
+/// Two timings whose needs differ by more than this factor, either way, are not the same. No map can know the straight line
+/// in advance, so its need may differ by more than that of the map that a run uses.
 inline constexpr double kFitTolerance = 1.5, kMapTolerance = 1.1;
-/// The needs that differ by more: "250 ms p50", "250 ms p99", "whole recording", "phase_locked"; empty: the model is good
-/// enough.
+/// The needs that differ by more than that: "250 ms p50", "250 ms p99", "whole recording", "phase_locked"; empty: the model
+/// is good enough.
 std::vector<std::string> differences(const LatencyNeed& a, const LatencyNeed& b);
 
 /// The proposal as a [timing] table that the scenario reader accepts, with comments that give the evidence for each line,
-/// and the verdict. `file` is named as the trace to replay instead. With an objection the table replays it, and the fit is
-/// in comments.
+/// and the verdict. `file` is named as the trace to replay instead. If there is an objection, the table replays `file`, and
+/// the fit is in comments.
 std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file);
 std::string fitted_table(const TimingFit& fit);  ///< the lines of the fit alone, without [timing]
 std::string fit_json(const TimingFit& fit, const FitComparison& comparison, const std::string& file);

@@ -23,28 +23,30 @@ struct Shard {
 inline constexpr int kMostShards = 1'000'000;
 struct ShardSaid {
   Shard shard;
-  std::string by;  ///< of "auto": the variables that say it, with their values
+  std::string by;  ///< for "auto": the variables that gave it, with their values
 };
 /// Parses "2/5", or "auto" for the shard that a batch system gives in the environment. `of` is how many shards there are; it
 /// must be given where jobs are numbered (Slurm arrays, indexed jobs of Kubernetes, GNU parallel), since any of them may be
-/// submitted again alone, and else must agree (Open MPI, PMI, Slurm steps, Google Test's variables, GitLab's parallel jobs).
-/// Variables that contradict each other or `of` are errors. `variable` reads the environment.
+/// submitted again alone, and otherwise must agree with the environment (Open MPI, PMI, Slurm steps, Google Test's
+/// variables, GitLab's parallel jobs). Variables that contradict each other or `of` are errors. `variable` reads the
+/// environment.
 Result<ShardSaid> parse_shard(const std::string& text, std::optional<int> of,
                               const std::function<const char*(const char*)>& variable);
 
-/// Which part is done, and how.
+/// Which part of the work is done, and how.
 struct PartOptions {
   Shard shard;
-  int threads = 0;  ///< how many items at the same time; 0: one per core. What is timed goes one by one
+  int threads = 0;  ///< how many items at the same time; 0: one per core. Timed items run one by one
   bool resume = false;
   std::string folder;  ///< for KIND.jsonl, or KIND-I-of-N.jsonl
-  /// Not empty: a file with all lines, whatever its name. These are read and nothing is run, or it is a failure.
+  /// If not empty: a file with all lines, whatever its name. The lines are read and nothing is run; if one is missing, that
+  /// is a failure.
   std::string complete_file;
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(std::int64_t done, std::int64_t of, std::int64_t failed)> progress;  ///< any thread, one at a time
 };
 
-/// What became of it, or of a merge.
+/// The result of a part, or of a merge.
 struct PartOutcome {
   ExitCode exit = ExitCode::pass;
   std::vector<Diagnostic> errors;  ///< errors of the scenario or of the parts to merge; then nothing was run or written
@@ -56,7 +58,8 @@ struct PartOutcome {
 /// "sweep", "study", "size" or "catalogue": what a part is of, by its first line; empty if that cannot be read.
 std::string kind_of_part(const std::string& file);
 
-/// Whose lines are in a file, and what its shards were asked for: all that their own command needs, to give the results.
+/// What the lines of a file belong to, and what its shards were asked for: all that their own command needs to give the
+/// results.
 struct PartSubject {
   std::string kind, file;  ///< `file`: the scenario, as it was given to a shard
   std::vector<std::string> set;
@@ -66,7 +69,7 @@ struct PartSubject {
   std::string seeds;                ///< of a sizing
   bool other_maps = false;          ///< of a sizing
 };
-/// By the first line of a file. The error says what is wrong with that.
+/// Read from the first line of a file. The error says what is wrong with that line.
 Result<PartSubject> subject_of_part(const std::string& file);
 
 /// Merges parts of any kind, in any order; a complete file may be one of them. Refuses gaps (naming the items and the
@@ -75,7 +78,7 @@ Result<PartSubject> subject_of_part(const std::string& file);
 /// with their lines.
 PartOutcome merge_parts(const std::vector<std::string>& parts, const std::string& out);
 
-/// How far shards have come that other processes run, from the parts in a folder as they are now.
+/// How far the shards that other processes run have come, by the parts in a folder as they are now.
 struct PartsStatus {
   struct Part {
     Shard shard;
@@ -85,7 +88,7 @@ struct PartsStatus {
   };
   std::vector<Part> parts;  ///< by their shards; those that have not begun are not among them
   std::int64_t items = 0, done = 0;
-  std::optional<double> seconds;  ///< from the first file to the last line; nothing if the file system does not say
+  std::optional<double> seconds;  ///< from the first file to the last line; empty if the file system does not say
 };
 /// Errors: no folder, no parts of that kind in it, a damaged line, or one of other work or of another number of shards, with
 /// the place.

@@ -7,8 +7,8 @@
 /// There is no hand and no device: the tools move as their [device] motions say, and no map runs. What only evenstep's own
 /// checks need of a solver (state digest, energy) is left out.
 ///
-/// A step's host time is from the call of the solver until its forces are known, on the clock that is passed in. Beside it
-/// are the times that the device itself gives its commands, on a clock of its own.
+/// A step's host time is from the call of the solver until its forces are known, on the clock that is passed in. Recorded
+/// beside it are the times that the device itself reports for its commands, on a clock of its own.
 
 #include <atomic>
 #include <functional>
@@ -43,27 +43,28 @@ struct SolverRecording {
 };
 
 struct RecordControl {
-  Duration length{20'000'000'000};  ///< what begins before it ends is recorded
+  Duration length{20'000'000'000};  ///< what begins before this is over is recorded
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(double fraction)> progress = {};
-  Visualization* visualization = nullptr;  ///< is run instead of the pauses; its length is what is recorded
+  Visualization* visualization = nullptr;  ///< runs instead of the pauses; its real length is recorded
 };
 
 /// Why a scenario's timing cannot be recorded, with the remedy; empty if it can.
 std::string record_objection(const Scenario& scenario);
 /// The solver as it is recorded, built and warmed up: no kernel is compiled later. Throws RunFailure.
 std::unique_ptr<Solver> make_recorded_solver(const Scenario& scenario, bool log_commands);
-/// `clock` begins at or before 0, where the first segment does. Throws RunFailure if a step fails; then nothing is recorded.
+/// `clock` begins at or before 0, where the first segment begins. Throws RunFailure if a step fails; then nothing is
+/// recorded.
 SolverRecording record_solver(const Scenario& scenario, Solver& solver, Clock& clock, const RecordControl& control);
 
-/// Smallest, middle and largest of some lengths, ns.
+/// Median, 99th percentile and largest of some lengths, ns.
 struct Spread {
   std::int64_t p50 = 0, p99 = 0, max = 0;  ///< nearest rank; 0 if there are none
 };
 struct CommandSummary {
   std::string name;
   std::int64_t count = 0;
-  std::int64_t waits_queued_ns = 0, waits_submitted_ns = 0, runs_ns = 0;  ///< medians of the times between its four
+  std::int64_t waits_queued_ns = 0, waits_submitted_ns = 0, runs_ns = 0;  ///< medians of the times between its four instants
 };
 struct RecordSummary {
   std::int64_t segments = 0, visualizations = 0, steps = 0;
@@ -73,18 +74,18 @@ struct RecordSummary {
   // Of the steps that gave commands to a device. Lengths alone are compared, so it does not matter where its clock begins.
   std::int64_t steps_on_device = 0;
   Spread span;     ///< from the first command queued to the last one ended
-  Spread busy;     ///< in which a command ran; those that overlap count once
-  Spread waiting;  ///< of the span, in which none ran
+  Spread busy;     ///< time in which a command ran; where commands overlap it counts once
+  Spread waiting;  ///< time of the span in which none ran
   Spread beyond;   ///< host time - span: before the first command and after the last one; below 0 where the clocks disagree
   std::vector<CommandSummary> commands;     ///< in the order in which they first came
   std::int64_t commands_without_times = 0;  ///< whose four times are missing or not in order: left out of all of the above
-  /// By how much the device's clock is faster than the host's, in parts per million, from the first step to the last; 0 for
-  /// less than a second.
+  /// By how much the device's clock is faster than the host's, in parts per million, from the first step to the last; 0 if
+  /// that is less than a second.
   double faster_ppm = 0;
 };
 RecordSummary summarize(const SolverRecording& recording);
 
-/// What was recorded where, for the head of the files. Empty or 0: not known.
+/// The machine on which something was recorded, for the head of the files. Empty or 0: not known.
 struct RecordedMachine {
   std::string processor, system, host_clock;
   std::int64_t processors = 0;
@@ -94,19 +95,19 @@ struct RecordedMachine {
 };
 /// This machine's processor, system and clock, and its load now as load_before.
 RecordedMachine machine_here();
-double load_now();  ///< runnable processes, mean of a minute
+double load_now();  ///< runnable processes, mean of the last minute
 
 struct RecordHead {
   std::string command;  ///< what was typed
   std::string date;     ///< UTC, "2026-11-23T11:20:00Z"
   RecordedMachine machine;
-  std::string visualization = {};  ///< what was really done in its time; empty: nothing
+  std::string visualization = {};  ///< what was really done in a visualization's time; empty: nothing
 };
 /// The lines before the header of timing.csv, each beginning with "# ".
 std::string head_text(const RecordHead& head, const Scenario& scenario, const SolverInfo& info,
                       const SolverRecording& recording);
-/// The commands, a row each: segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns. `index` is the step's in its
-/// segment, as in timing.csv. Times count from when the first of the commands was queued.
+/// The commands, a row each: segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns. `index` is that of the step in
+/// its segment, as in timing.csv. Times count from when the first of the commands was queued.
 std::string commands_csv(const SolverRecording& recording);
 /// The table for the person who recorded.
 std::string record_table(const RecordSummary& summary, const SolverRecording& recording);

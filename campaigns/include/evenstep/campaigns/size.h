@@ -18,10 +18,10 @@
 namespace evenstep {
 
 struct SizeOptions {
-  /// The rate of the device, which a recording does not contain; it has a tick where the first step begins.
+  /// The rate of the device, which a recording does not contain; the device has a tick where the first step begins.
   Rate sampling{1000, 1};
   Emission emission = Emission::hold;  ///< a recording does not contain this either
-  std::optional<double> rate;          ///< share of segments that may underrun, in (0, 1); its latency is found as well
+  std::optional<double> rate;          ///< share of segments that may underrun, in (0, 1); the latency for it is found, too
   double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
   double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
   bool other_maps = false;             ///< also the maps that are there for comparison only
@@ -52,16 +52,17 @@ struct SizeSeedsOptions : PartOptions {
 struct SizeSeedsOutcome : PartOutcome {
   SizeRecord record;  ///< of all seeds: input, segments, rate, confidence, and the name and rate of each strategy
 };
-/// Sizes the seeds of a shard. If it is the whole, or that is complete already, the segments of all seeds are one sample,
-/// whose latencies are found. It is an error if all seeds have the same timing, as those of a recording have.
+/// Sizes the seeds of a shard. If the shard is the whole campaign, or the whole is already complete, the segments of all
+/// seeds are taken as one sample, and its latencies are found. It is an error if all seeds have the same timing, as they do
+/// for a recording.
 SizeSeedsOutcome size_seeds(const std::string& path, const SizeSeedsOptions& options);
 /// "0..1000": the first seed, and the one after the last.
 Result<std::pair<std::uint64_t, std::int64_t>> parse_seeds(const std::string& text);
 
 /// For a recording: timing.csv (recordings/timing_csv.h), a list of steps with the header begin_ns,end_ns, or a profiler's
 /// file with roles (recordings/recording.h). The segments are those of the file. If it has no visualizations and only one
-/// segment, they are those of the cycle found in it; if there is no cycle either, every step is a segment, and then only the
-/// loop of `phase_locked` makes sense, not `paper`.
+/// segment, the segments are those of the cycle found in it; if there is no cycle either, every step is a segment, and then
+/// only the loop of `phase_locked` makes sense, not `paper`.
 SizeResult size_recording(const std::string& path, const SizeOptions& options, const RecordingOptions& recording = {});
 /// The same for segments in memory, which must contain a step.
 SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);

@@ -26,7 +26,8 @@ struct StudyControl {
 /// tissue. If it is interrupted, it returns the cells so far.
 StudyRecord run_study(const Scenario& scenario, const StudyControl& control = {});
 
-/// A goal such as "1 % force", "10 um position" or "5 % energy". For the position, a share is one of the rms displacement.
+/// A goal such as "1 % force", "10 um position" or "5 % energy". For the position, a share is relative to the rms
+/// displacement.
 struct StudyGoal {
   std::string text;
   StudyQuantity quantity = StudyQuantity::force;

@@ -1,9 +1,10 @@
 #pragma once
-/// A study of any kind in shards (parts.h). Item 0 of a study with a reference is that reference, of which every shard needs
-/// its own; the others are its cells. A stiffness limit has an item for each strategy.
+/// A study of any kind in shards (parts.h). In a study with a reference, item 0 is the reference, of which every shard needs
+/// its own; the other items are the cells. A stiffness limit has an item for each strategy.
 ///
-/// Errors are reproducible, so these members of a line are the same wherever its cell was computed. What was measured is in
-/// its member `measured`: costs, and the machine that they are of. A merge keeps each from the shard that measured it.
+/// Errors are reproducible, so those members of a line are the same wherever its cell was computed. What was measured
+/// (costs, and the machine that they belong to) is in the line's member `measured`. A merge keeps it from the shard that
+/// measured it.
 
 #include <functional>
 #include <string>
@@ -19,13 +20,13 @@
 namespace evenstep {
 
 struct StudyPartsOptions : PartOptions {
-  std::vector<std::string> set;  ///< what has changed the scenario, for its digest
+  std::vector<std::string> set;  ///< the --set of the scenario, for its digest
   Registry registry;
   std::string cache_folder;  ///< as in FeltStudyControl
   std::function<void(const std::string& line)> announce;
 };
 struct StudyPartsOutcome : PartOutcome {
-  /// Of the whole study; nothing of a shard, or if it was interrupted.
+  /// The record of the whole study; empty for a single shard or if it was interrupted.
   std::variant<std::monostate, StudyRecord, FeltStudyRecord, StiffnessLimits> record;
 };
 /// `scenario` is that of `path` with the options' overrides, and one that can be studied. Costs are measured one by one, so

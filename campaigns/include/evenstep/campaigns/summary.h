@@ -19,10 +19,10 @@ inline constexpr int kMostSummaryDepth = 16;  ///< our own have 6
 inline constexpr std::size_t kMostSummaries = 10'000;
 
 struct RunSummary {
-  std::string name;       ///< its folder below the one that was given; of a list or a single run the scenario's file
+  std::string name;       ///< its folder below the one that was given; for a list or a single run, the scenario's file
   std::string file_read;  ///< the file that it was read from
   std::string evenstep, scenario, file, clock, verdict, trace_hash, failure;
-  std::string digest, date, commit;  ///< empty: null, or of an older version, which did not write them
+  std::string digest, date, commit;  ///< empty: null, or from an older version, which did not write them
   std::uint64_t seed = 0;
   bool real_time_granted = true;
   std::vector<ExpectationResult> expectations;
@@ -43,15 +43,15 @@ Result<std::vector<RunSummary>, std::vector<Diagnostic>> parse_summaries(const s
 
 struct SummariesRead {
   std::vector<RunSummary> runs;    ///< by name
-  std::vector<Diagnostic> errors;  ///< of the files that cannot be read as such; nothing there is an error, too
+  std::vector<Diagnostic> errors;  ///< of files that cannot be read as such; finding nothing is an error, too
 };
 /// Those of a file, of a run folder, or of all run folders below a folder (not those in folders whose name begins with a
-/// point; links are not followed).
+/// dot; links are not followed).
 SummariesRead read_summaries(const std::string& path);
 
 /// How far a value is from its nearest limit, as a share of that limit: 0.1 if a tenth of it is left, negative if it does
-/// not hold. Empty where there is no such share: without a value, for a limit that is 0, an `equals`, and what was expected
-/// to fail.
+/// not hold. Empty where there is no such share: without a value, for a limit that is 0, for an `equals`, and for what was
+/// expected to fail.
 std::optional<double> relative_margin(const ExpectationResult& result);
 
 }  // namespace evenstep

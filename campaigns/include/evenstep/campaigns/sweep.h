@@ -34,10 +34,10 @@ struct SweepOutcome : PartOutcome {
 /// With [sweep.find] a single shard always passes: only the merge can tell what is found.
 SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 
-/// merge_parts, of sweeps, with their summary and exit code.
+/// merge_parts for sweeps, with their summary and exit code.
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out);
 
-/// parts_status, with what is known of the points so far; without `find`.
+/// parts_status for sweeps, with what is known of the points so far; without [sweep.find].
 struct SweepStatus : PartsStatus {
   SweepHeader header;
   SweepSummary summary;

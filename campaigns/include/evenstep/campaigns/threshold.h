@@ -7,8 +7,8 @@
 ///
 /// `metric` is one of docs/metrics.md, `margin` (of expectations, as a share of their limits), or `worse`: any metric, in
 /// the direction in which it gets worse. A change in % is relative to A, one in any other unit is absolute; where several
-/// are given, all must be exceeded. `verdict` is exceeded where a verdict got worse, `missing` where something of A is
-/// not there in B, `trace` where the events differ.
+/// changes are given, all must be exceeded. `verdict` is exceeded where a verdict got worse, `missing` where something of A
+/// is not there in B, `trace` where the events differ.
 
 #include <string>
 #include <vector>
@@ -24,15 +24,15 @@ struct Threshold {
   std::string where, metric;  ///< `where` is empty: everywhere
   bool grows = true;          ///< "> +": exceeded by what grows more; "< -": by what shrinks more
   struct Change {
-    double number = 0;  ///< above 0 or 0
+    double number = 0;  ///< >= 0
     std::string unit;   ///< "%": relative; empty: a bare number
   };
   std::vector<Change> changes;
 
-  /// Whether it is about this figure at all. `metric` of a figure is a metric, "margin", "verdict" or "trace".
+  /// Whether the threshold applies to this figure at all. `figure_metric` is a metric, "margin", "verdict" or "trace".
   bool covers(const std::string& signal, const std::string& figure_metric) const;
   /// Whether going from `a` to `b` (in the base unit of the metric) is too much. Only for kinds `change` and `worse`.
-  /// `falls_worse`: for `worse`, the metric is one of which more is better.
+  /// `falls_worse`, for kind `worse`: more of this metric is better.
   bool exceeded(const std::string& signal, const std::string& figure_metric, double a, double b, bool falls_worse) const;
 };
 

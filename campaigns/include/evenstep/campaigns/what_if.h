@@ -14,10 +14,10 @@
 /// They are applied in the order split, budget, pace. All but own-lane are what a frame governor does
 /// (scheduler/frame_governor.h).
 ///
-/// own-lane: no step waits for a drawing any more. Each drawing begins where it was, or where the one before ends. Step n
-/// begins n mean slots of the recording after the first segment, or where the one before ends, because simulated time is not
-/// to get ahead of real time. How long a drawing takes stays as it was. It goes with none of the others, because there is no
-/// pause left.
+/// own-lane: no step waits for a drawing any more. Each drawing begins when it did, or when the drawing before it ends. Step
+/// n begins n mean slots of the recording after the first segment, or when the step before it ends, because simulated time
+/// must not get ahead of real time. Drawings take as long as they did. own-lane goes with no other clause, because there is
+/// no pause left.
 
 #include <optional>
 #include <span>
@@ -35,7 +35,7 @@ struct WhatIf {
   int split = 1;
   std::optional<Duration> budget;
   OverBudget over_budget = OverBudget::merge;
-  int forecast = 0;                       ///< 0: a bound, nobody knows the future
+  int forecast = 0;                       ///< drawings to look back; 0: a bound, as if the future were known
   std::optional<double> pace_percentile;  ///< in (0, 1]
   std::optional<Duration> pace;
   std::optional<double> own_lane;  ///< slow-down of steps, >= 1
@@ -48,27 +48,28 @@ Result<WhatIf> parse_what_if(std::string_view text);
 /// The text that gives it again; "as it is" for one that changes nothing.
 std::string text_of(const WhatIf& what_if);
 
-/// The same as a simulator can do it while it runs, without knowing what comes: forecasts look back (2 drawings if nothing
-/// else was asked for), and a percentile is that of the segments that begin within the first 2 s. Empty if there is no
-/// difference, or no simulator can do it (own-lane).
+/// The same change as a simulator can make it while it runs, without knowing what comes: forecasts look back (2 drawings if
+/// nothing else was asked for), and a percentile is that of the segments that begin within the first 2 s. Empty if there is
+/// no difference, or no simulator can do it (own-lane).
 std::optional<WhatIf> causal(const WhatIf& what_if);
 
-/// What the drawings and the simulated time cost. Lengths are from the first begin to the end of the last step.
+/// What the drawings and the simulated time cost. The length of a timing is from its first begin to the end of its last
+/// step.
 struct DrawingPrice {
   std::int64_t drawings = 0;          ///< finished ones
   std::int64_t left_out = 0;          ///< never begun
   std::int64_t over_budget = 0;       ///< pauses longer than the budget
   double drawings_per_s = 0;          ///< finished ones
-  Duration longest_without_drawing;   ///< from the end of one to the end of the next; the begin and the end count as one
-  Duration longest_drawing_pause;     ///< that steps wait for a drawing or its part; 0 with a lane of their own
-  double simulated_against_real = 1;  ///< steps per real time, as a multiple of those of the timing before
-  double segments_lost = 0;           ///< share of the steps, and so of the segments, fewer than before per real time; >= 0
+  Duration longest_without_drawing;   ///< from one drawing's end to the next one's; the timing's two ends count, too
+  Duration longest_drawing_pause;     ///< of steps, for a drawing or a part of one; 0 with a lane of their own
+  double simulated_against_real = 1;  ///< steps per real time, as a multiple of that of the timing before
+  double segments_lost = 0;           ///< by what share steps, and so segments, per real time are fewer than before; >= 0
 };
 
 struct WhatIfTiming {
   std::vector<SegmentTiming> segments;
   DrawingPrice price;
-  std::optional<Duration> pace;  ///< the period that a percentile came to
+  std::optional<Duration> pace;  ///< the period that a percentile gave
   /// What gives these segments in a run, as [timing] governor. Empty: nothing changes, or no governor does it (own-lane, a
   /// forecast that knows the future, a budget above kMostGovernedBudget).
   std::optional<FrameGovernor> governor;
@@ -78,7 +79,7 @@ inline constexpr Duration kMostGovernedBudget{9'000'000'000};  ///< of [timing] 
 /// (Call it as evenstep::apply where the arguments may bring std::apply along.) `segments` with this change; the error says
 /// why it has no meaning there. `causally`: a percentile of what begins within the first 2 s, see above.
 Result<WhatIfTiming> apply(const WhatIf& what_if, std::span<const SegmentTiming> segments, bool causally = false);
-/// The price of a timing that was `before` before.
+/// The price of a timing that was `before` without the change.
 DrawingPrice price_of(std::span<const SegmentTiming> segments, std::span<const SegmentTiming> before,
                       std::optional<Duration> budget = {});
 

@@ -25,11 +25,11 @@ struct CaseSpec {
   Duration step_size;
   int iterations = 0;  ///< for methods that iterate; 0: their default
   bool allow_unstable = false;
-  /// A solver that the program has registered, instead of `solvers`, which is then one that computes in double. `methods`
-  /// are then the methods that it claims to be: what it computes is compared with their closed forms.
+  /// A solver that the program has registered. It runs instead of `solvers`, which then holds only the one that computes in
+  /// double. `methods` are then the methods that it claims to implement: its results are compared with their closed forms.
   std::optional<ForeignScene> foreign;
 
-  /// Of the rows of a method, in their order.
+  /// The solvers of a method's rows, in their order.
   std::vector<std::string> solver_names() const {
     if (foreign) return {foreign->name};
     std::vector<std::string> names;

@@ -29,7 +29,7 @@ struct LinearMap {
     Real x = 0, v = 0;
   };
   State times(State z) const { return {a * z.x + b * z.v, c * z.x + d * z.v}; }
-  /// Whether the eigenvalues are complex; only then there are an angle, a conserved form and an amplitude.
+  /// Whether the eigenvalues are complex; only then are there an angle, a conserved form and an amplitude.
   bool oscillates() const { return -b * c - (a - d) * (a - d) / 4 > 0; }
   Real angle() const;
   /// M^n z in closed form, for real eigenvalues too (which must differ).
@@ -43,9 +43,9 @@ struct LinearMap {
 /// `damping_per_s` must be 0 for velocity Verlet, because its solver evaluates the force at the velocity before.
 LinearMap linear_map(Method method, LinearMap::Real w2_per_s2, LinearMap::Real damping_per_s, LinearMap::Real h_s);
 /// The undamped map of a solver that computes in float. Its constants (k / m, h, k h / m or h^2 k / m, h / 6, 1 / h: those
-/// that its method multiplies with) are rounded to float, so it solves a problem that differs by up to 6e-8. This changes
-/// the phase by 6e-8 d(theta) / d(ln h) per step, which near w h = 2 is ten times 6e-8 of theta: 2e-3 after a thousand
-/// periods. The difference that remains to this map is the rounding of the steps themselves.
+/// by which its method multiplies) are rounded to float, so it solves a problem that differs by up to 6e-8. This changes the
+/// phase by 6e-8 d(theta) / d(ln h) per step, which near w h = 2 is ten times 6e-8 of theta: 2e-3 after a thousand periods.
+/// What remains as a difference from this map is the rounding of the steps themselves.
 LinearMap float_linear_map(Method method, double stiffness_N_per_m, double particle_mass_kg, double h_s);
 /// The exact flow over h.
 LinearMap exact_map(LinearMap::Real w2_per_s2, LinearMap::Real damping_per_s, LinearMap::Real h_s);

@@ -17,15 +17,15 @@
 
 namespace evenstep {
 
-/// Corners of a face, seen from outside in the order of a clock's hands turned back; a triangle repeats its last one.
+/// Corners of a face, counter-clockwise as seen from outside; a triangle repeats its last corner.
 using Face = std::array<std::uint32_t, 4>;
 
 struct Mesh {
   std::vector<glm::vec3> positions_m;               ///< block coordinates, one per vertex
   std::vector<glm::vec3> colours;                   ///< red, green and blue from 0 to 1, one per vertex; they never change
-  std::vector<Face> faces;                          ///< nor do these
-  std::size_t lined_faces = 0;                      ///< the edges of so many, the first ones, are drawn as lines
-  std::vector<std::array<glm::dvec3, 2>> arrows_m;  ///< from where to where the arrow of each tool's force points
+  std::vector<Face> faces;                          ///< these never change either
+  std::size_t lined_faces = 0;                      ///< how many faces, from the first on, have edges drawn as lines
+  std::vector<std::array<glm::dvec3, 2>> arrows_m;  ///< tail and tip of the arrow of each tool's force
 };
 
 struct DrawnTool {
@@ -37,11 +37,11 @@ inline constexpr std::int64_t kMostDrawnParticles = 4'000'000;
 
 class TissueMesh {
  public:
-  /// At rest. `tissue` has at most kMostDrawnParticles. An arrow is `arrow_m_per_N` long for each newton, and at most as
-  /// long as the block.
+  /// The tissue at rest; it has at most kMostDrawnParticles. An arrow is `arrow_m_per_N` long for each newton, and at most
+  /// as long as the block.
   TissueMesh(const TissueScene& tissue, double arrow_m_per_N);
-  /// The vertices for this state and these tools (as many as the tissue has). Where a position is not finite, or farther
-  /// than 1000 blocks away, the particle stays where it rests.
+  /// Moves the vertices to this state and these tools (as many as the tissue has). A particle whose position is not finite,
+  /// or farther than 1000 blocks away, stays where it rests.
   void move(const ParticleState& state, std::span<const DrawnTool> tools);
   const Mesh& mesh() const { return mesh_; }
 

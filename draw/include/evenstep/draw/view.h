@@ -1,6 +1,6 @@
 #pragma once
-/// From where a tissue is looked at: from above one of its corners, from infinitely far away (orthographic), always the same
-/// for a scene, so that what moves in the picture moves in the tissue.
+/// From where a tissue is seen: from above one of its corners, from infinitely far away (orthographic). The view is always
+/// the same for a scene, so what moves in the picture moves in the tissue.
 
 #include <glm/vec3.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace evenstep {
 
-/// All vectors are block coordinates. right, up and to_eye are of length 1 and across each other.
+/// All vectors are block coordinates. right, up and to_eye have length 1 and are perpendicular to each other.
 struct View {
   glm::dvec3 right{1, 0, 0}, up{0, 0, 1}, to_eye{0, -1, 0};
   glm::dvec3 center_m{0};
@@ -18,19 +18,19 @@ struct View {
   glm::dvec3 clip(const glm::dvec3& position_m) const;
 };
 
-/// All of the block at rest, with a fifth of its size around it; `width` and `height` are those of the picture.
+/// A view of the whole block at rest, with a fifth of its size around it; `width` and `height` are those of the picture.
 View view_of(const TissueScene& tissue, int width, int height);
 
-/// How bright a face is that looks along `normal` (of any length; turned to the eye): from kAmbient to 1. The light comes
-/// from above the left shoulder.
+/// How bright a face with this `normal` is (of any length, turned towards the eye): from kAmbient to 1. The light comes from
+/// above the left shoulder.
 double brightness(const View& view, const glm::dvec3& normal);
-/// Where the light comes from, for `brightness`: along right, up, to_eye.
+/// Where the light comes from, for `brightness`: its components along right, up and to_eye.
 inline constexpr glm::dvec3 kLight{-0.28, 0.60, 0.75};
 inline constexpr double kAmbient = 0.42;
 /// How bright lines are, whatever the light.
 inline constexpr double kLine = 0.36;
 
-/// Behind everything: red, green and blue from 0 to 1.
+/// The colour behind everything: red, green and blue from 0 to 1.
 inline constexpr glm::vec3 kBackground{0.96F, 0.96F, 0.97F};
 
 }  // namespace evenstep

@@ -5,8 +5,8 @@
 ///   force    what the scene answers to these hands, from the end of the step on, and through a guard like the device's
 ///
 /// The hand is exact. The force is there only if a step of the scene costs next to nothing (a tissue would need a second
-/// solver beside the one that has to be in time), and if the device plays the scheduled force itself. It is felt by nobody:
-/// where the hand gives way to the force, the hand is still the one that the live strategy has made.
+/// solver beside the one that has to be in time), and if the device plays the scheduled force itself. Nobody feels it: where
+/// the hand gives way to the force, the hand still moves as the force of the live strategy has made it move.
 
 #include <array>
 #include <deque>
@@ -39,8 +39,8 @@ class DirectShadow {
   std::string no_force(std::size_t tool) const;
   void add(const SeenTick& tick);
   void add(const SeenStep& step);
-  /// What ran before `until`, in the order in which it ran, and was not taken yet. Give it a moment that lies far enough
-  /// back for both lanes to have shown all that they did until then; what comes later still is taken late.
+  /// Takes what ran before `until` and was not taken yet, in the order in which it ran. Choose `until` far enough back that
+  /// both lanes have shown all that they did up to then; whatever is shown later than that is taken late.
   template <class UseTick, class UseStep>
   void take(RealTime until, const UseTick& use_tick, const UseStep& use_step) {
     while (const auto next = earliest(until)) {

@@ -1,5 +1,6 @@
 #pragma once
-/// What is known of a run in virtual time before it: the expectations that must fail, and what its schedule will do.
+/// What is known about a run in virtual time before it starts: the expectations that must fail, and what its schedule will
+/// do.
 
 #include <optional>
 #include <string>
@@ -16,13 +17,13 @@ namespace evenstep {
 /// [expect_stop] ends early, for a [case], or for expectations on the wall clock.
 std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const std::vector<StrategyPlan>& plans);
 
-/// A programmed fault (docs/recovery.md) on the schedule of the timing. A run has the same ends, unless steps wait for
-/// samples (`gate`) or it runs on a wall clock.
+/// A programmed fault (docs/recovery.md), by the schedule of the timing. In a run it ends at the same time, unless steps
+/// wait for samples (`gate`) or the run is on a wall clock.
 struct ForetoldFault {
   std::string name;
   RealTime from;
   std::optional<RealTime> to;  ///< empty: it is not over when the run ends
-  bool lasts = false;          ///< by its definition until the end of the run
+  bool lasts = false;          ///< by its definition it lasts until the end of the run
 };
 /// Drawings in the judged span, as `drawing_rate` and `drawings_left_out` count them.
 struct ForetoldDrawings {

@@ -23,7 +23,7 @@ struct DeviceBinding {
 struct LiveDeviceOptions {
   std::vector<DeviceBinding> bindings;
   bool forces = false;
-  bool cores_may_sleep = false;  ///< deeply, in a live run: /dev/cpu_dma_latency is left alone
+  bool cores_may_sleep = false;  ///< even deeply, in a live run: /dev/cpu_dma_latency is left alone
 };
 
 /// Why the bindings do not fit the scenario, with the remedy; empty if they do.

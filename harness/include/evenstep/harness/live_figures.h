@@ -1,5 +1,6 @@
 #pragma once
-/// What a live run says about itself while it runs: figures of what was seen since the last time, and of all so far.
+/// What a live run says about itself while it runs: figures of what was seen since the last snapshot, and since the
+/// beginning.
 
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@ struct WatchedRun {
     std::string name;
     Rate rate;
     RealTime first_tick;
-    double limit_N = 0;  ///< the longest force that the guard lets through
+    double limit_N = 0;  ///< the largest force that the guard lets through
     bool sends = true;   ///< false: a real device without --forces, which is only read
   };
   std::string scenario, strategy;
@@ -27,13 +28,14 @@ struct WatchedRun {
 /// `scenario` with the guards of real devices (with_live_guards).
 WatchedRun watched_run(const Scenario& scenario, const LiveDeviceOptions& options);
 
-/// Late reads are steps and devices whose sample was not there yet, late forces those whose force was due before it was
-/// there. Missed ticks never ran, because one before them was late.
+/// Late reads count, for each step and device, a sample that was not there yet; late forces count a force that was due
+/// before it was there. Missed ticks never ran, because an earlier tick was late.
 struct LiveCounts {
   std::int64_t ticks = 0, steps = 0, missed = 0, late_reads = 0, late_forces = 0;
   std::int64_t underruns() const { return late_reads + late_forces; }
 };
-/// Of some time of a run. A margin is the time to spare until a sample or a force is too late; below 0 it was.
+/// Figures over some part of a run. A margin is the time to spare until a sample or a force is too late; below 0, it was too
+/// late.
 struct LiveSpan {
   LiveCounts counts;
   Duration lateness_max;
@@ -48,14 +50,14 @@ struct LiveSnapshot {
   LiveSpan last, whole;
   Duration lateness_p50, lateness_p99;  ///< of `last`, by nearest rank; 0 if no tick ran
   struct Device {
-    /// The worst that its guard was in `last`: a cut, of these the newest, else ramping, else armed. Empty: no tick yet.
+    /// The worst state of its guard in `last`: the newest cut, else ramping, else armed. Empty: no tick yet.
     std::optional<GuardState> guard;
     void add(GuardState seen);
     double force_N = 0;  ///< length of the newest force after the guard
   };
   std::vector<Device> devices;
   bool ended = false;         ///< the loop has ended: this is the last
-  std::uint64_t dropped = 0;  ///< ticks and steps that nobody came for in time, in the whole run; they did run
+  std::uint64_t dropped = 0;  ///< ticks and steps of the whole run that ran, but that no reader took in time
 };
 
 /// Counts are those of the loop itself, so what was dropped is counted, too; quantiles and margins are of what was seen.

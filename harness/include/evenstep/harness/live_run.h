@@ -22,9 +22,9 @@ class LiveLog;
 struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
-  const std::vector<DeviceInputs>* read = nullptr;  ///< where the inputs stand; null: in `inputs`
-  const StrategyRecord* ran = nullptr;              ///< where segments and steps stand as they really ran; null: in `record`
-  std::optional<RealTime> unfinished;               ///< when the step was launched that ran when the run ended
+  const std::vector<DeviceInputs>* read = nullptr;  ///< where the inputs are; null: in `inputs`
+  const StrategyRecord* ran = nullptr;              ///< where segments and steps are as they really ran; null: in `record`
+  std::optional<RealTime> unfinished;               ///< when the step that was running at the end was launched
   std::string visualization, drawing_png;           ///< as in RunRecord
   LaneCheck device_check, simulation_check;
   LiveRights rights;
@@ -36,17 +36,17 @@ struct LiveRecording {
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.
 std::string wall_clock_objection(const Scenario& scenario);
 
-/// Throws RunFailure, also if a device of `options` cannot be opened. `log`: is given the inputs while they come; it is not
-/// finished.
+/// Throws RunFailure, also if a device of `options` cannot be opened. `log` is given the inputs as they come; the caller
+/// finishes it.
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
                        const RunControl& control, internal::LiveLog* log = nullptr);
 /// The exact twin. If its trace_hash is not that of the recording, the run was not reproducible.
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control);
-/// The same of a recording that was read from its file, as far as it goes.
+/// The same for a recording that was read from its file, as far as it goes.
 struct LogReplay {
   LiveRecording recording;  ///< its record is that of the replay, with lateness and counters of the live run
-  RealTime until;           ///< everything before it was compared; where the run was recorded to its end, that end
+  RealTime until;           ///< everything before it was compared; if the run was recorded to its end, that end
   std::string difference;   ///< where the replay first differs from what was recorded; empty: nowhere
 };
 LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const InputLog& log, const RunControl& control);

@@ -1,5 +1,5 @@
 #pragma once
-/// Who watches a run on the wall clock while it runs (RunControl::view).
+/// An observer of a run on the wall clock while it runs (RunControl::view).
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/loop/loop_watch.h"
@@ -9,10 +9,11 @@ namespace evenstep {
 class LiveView {
  public:
   virtual ~LiveView() = default;
-  /// The loop begins at RealTime{0} of `epoch`, which is near. Called on the thread of the run; another thread is to read
+  /// The loop begins at RealTime{0} of `epoch`, which is soon. Called on the thread of the run; another thread must read
   /// `loop`, until end().
   virtual void begin(LoopWatch& loop, WallEpoch epoch) = 0;
-  /// The loop has ended, well or badly; what is still in `loop` is its last. Returns when `loop` is no longer used.
+  /// The loop has ended, with or without a failure, and nothing more comes into `loop`. Returns when `loop` is no longer
+  /// used.
   virtual void end() = 0;
 };
 

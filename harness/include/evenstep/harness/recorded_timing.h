@@ -9,7 +9,8 @@
 
 namespace evenstep {
 
-/// Its segments, one by one: next() gives a null pointer after the last one, and ends what it gave before.
+/// The segments of that schedule, one by one: next() gives a null pointer after the last one, and invalidates what it gave
+/// before.
 class RecordedSegments {
  public:
   explicit RecordedSegments(const StrategyRecord& record) : record_(record) {}
@@ -23,7 +24,7 @@ class RecordedSegments {
 
 /// The segments from begin to end as recorded, with their idle time. A step that had not ended when the run did is left out.
 std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record);
-/// The same as timing.csv, one segment after the other, so that none but one is in memory.
+/// The same as timing.csv, one segment after the other, so that only one at a time is in memory.
 void write_recorded_timing(const StrategyRecord& record, std::ostream& out);
 
 }  // namespace evenstep

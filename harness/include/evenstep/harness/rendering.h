@@ -12,18 +12,18 @@
 
 namespace evenstep {
 
-/// The delays of the loop over this device. L_e is that of the schedule, L + h/2, with hold emission half a slot more; it is
-/// the same for the twin that knows the motion. For strategies that play forces as they come (`direct` and similar ones) it
-/// is the mean age, over the timing of this run, of the sample that the force of a tick answers; the delay of a filter is
-/// not included.
+/// The delays of the loop over this device. L_e is the delay of the schedule, L + h/2, with hold emission half a slot more;
+/// it is the same for the twin that knows the motion. For strategies that play forces as they come (`direct` and similar
+/// ones) it is the mean age, over the timing of this run, of the sample that the force of a tick answers; the delay of a
+/// filter is not included.
 LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 /// device.render alpha, or the automatic one; for a device that renders `local`.
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
-/// The stiffest contact that a device with a local model plays, N/m; infinite without a cap. Of two hands that both play
-/// their coupling the lesser cap of the two, which limits both together.
+/// The stiffest contact that a device with a local model plays, N/m; infinite without a cap. If two hands both play their
+/// coupling, it is the lesser of their two caps, which limits both together.
 double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
-/// Whether the cap is one of both hands together (device/renderer.h, softened_together): both play their coupling, and one
-/// of them has a cap.
+/// Whether one cap limits both hands together (device/renderer.h, softened_together): both play their coupling, and one of
+/// them has a cap.
 bool capped_together(const Scenario& scenario, const StrategyPlan& plan);
 /// The delays and the laws of a device's loop for the record, with the stiffness that the hand feels if the scene has a
 /// value for it.

@@ -35,7 +35,7 @@ struct RunOptions {
   RunControl control;
 };
 
-/// Exit codes of the command line. For several files it is the worst, in this order: 130 > 3 > 2 > 4 > 1 > 0.
+/// Exit codes of the command line. For several files the worst one counts, in this order: 130 > 3 > 2 > 4 > 1 > 0.
 enum class ExitCode : int {
   pass = 0,
   expectation_failed = 1,
@@ -77,7 +77,7 @@ CaseCell run_case_cell(const Scenario& scenario, std::int64_t cell, const std::a
 /// all errors, by position.
 std::vector<Diagnostic> check_expectations(const Scenario& scenario);
 /// What the run needs and this evenstep is built without (evenstep/time/build_option.h): known before anything runs. On a
-/// wall clock also what is done in visualizations, and the drivers of real devices.
+/// wall clock this includes what is done in visualizations, and the drivers of real devices.
 std::vector<Diagnostic> missing_in_build(const Scenario& scenario, ClockKind clock = ClockKind::virtual_clock,
                                          const std::vector<DeviceBinding>& bindings = {});
 Nominal nominal_of(const Scenario& scenario);

@@ -33,12 +33,12 @@ struct FolderFile {
 /// Why `folder` cannot be written, with the remedy; empty if it can, because it does not exist, is empty, or contains
 /// `its_file`. To be called before a long run, not after it.
 std::string run_folder_objection(const std::string& folder, const std::string& its_file = kSummaryFile);
-/// With the figure of a study of the felt force, if the folder `<folder>-study` beside it has one of this very scenario.
-/// `also` has further files for it. Returns what went wrong; empty if nothing did.
+/// The folder also gets the figure of a study of the felt force, if the folder `<folder>-study` beside it has one of this
+/// very scenario. `also` has further files for the folder. Returns what went wrong; empty if nothing did.
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce, const std::vector<FolderFile>& also = {});
 
-/// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
+/// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first of `files`.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
 
 /// The files of a run folder, summary.json first; its figures. Scenario and outcome must outlive what they return.
@@ -49,8 +49,8 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
 std::uint64_t subject_of(const Scenario& scenario);
 
 /// The run as JUnit shows it. Errors are runs that broke or gave no answer: a file that cannot be read, a solver that
-/// failed, a trace that was another one the second time. A run that should have stopped and did not, or that asserts
-/// nothing, is a failure.
+/// failed, a trace that differed the second time. A run that should have stopped and did not, or that asserts nothing, is a
+/// failure.
 JunitSuite junit_suite(const RunOutcome& outcome, const std::string& reproduce);
 
 /// The text of summary.json.

@@ -29,7 +29,7 @@ class SimulatedDevices {
   void stop();
   /// The counters of device `tool`; call it after stop().
   std::map<std::string, double> counters(std::size_t tool) { return motor_counters(*devices_[tool]); }
-  /// What the motors of device `tool` render at the clock's now.
+  /// What the motors of device `tool` render at the clock's present time.
   glm::dvec3 motors_force_N(std::size_t tool) { return devices_[tool]->motors().force_N; }
 
  private:

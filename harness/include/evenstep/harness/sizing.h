@@ -14,7 +14,7 @@
 
 namespace evenstep {
 
-/// With its frame governor, if it has one.
+/// The timing's segments, with its frame governor if it has one.
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing);
 /// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a
 /// slot.
@@ -27,8 +27,8 @@ struct MapSetup {
   std::vector<SamplingGrid> grids;       ///< when each device samples the hand
   Emission emission = Emission::linear;  ///< linear if any device interpolates, because that needs more latency
   RealTime end;                          ///< steps that end later do not count
-  Duration source_period = {};           ///< the nominal slot, and
-  int taps = 1;                          ///< the forces that `polyphase` needs on each side
+  Duration source_period = {};           ///< the nominal slot
+  int taps = 1;                          ///< how many forces `polyphase` needs on each side
 };
 /// How much more latency this strategy needs than its map: `polyphase` needs the forces that are due after a tick.
 Duration needed_ahead(const MapSetup& setup, StrategyKind kind);
@@ -63,8 +63,8 @@ struct StrategyPlan {
   Sizing sizing;                                     ///< empty for direct and ideal
   std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
   std::int64_t predicted_late_forces = 0;
-  /// For a strategy that plays chunks: the least N with which they never run dry in this run, because each arrives (those
-  /// that are lost left out) before the one before it is played to its end; else 0.
+  /// For a strategy that plays chunks: the least number of entries per chunk with which playback never runs dry in this run,
+  /// because each chunk that is not lost arrives before the one before it is played to its end; else 0.
   std::int64_t least_entries = 0;
 };
 /// The latency with which a map of this plan starts, fixed or adaptive.
@@ -78,11 +78,11 @@ struct AdaptationForecast {
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
 /// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or
 /// of the first one that remaps, so that it is the twin of that strategy.
-enum class PlannedSteps { keep, drop };  ///< drop: Sizing::steps are empty, which a long run has no room for
+enum class PlannedSteps { keep, drop };  ///< drop: Sizing::steps stays empty, because a long run has no room for it
 std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps = PlannedSteps::keep);
 /// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
-/// Whether the metric is about this comparison.
+/// Whether the metric compares with the twin.
 bool compares_with_twin(std::string_view metric);
 
 }  // namespace evenstep

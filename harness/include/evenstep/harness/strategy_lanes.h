@@ -43,22 +43,22 @@ class StrategyLanes {
 
   /// Starts the device lanes on one scheduler and the simulation lane on the other. In virtual time both are the same
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
-  /// `visualization`: what is really done in its time, on a wall clock; it must outlive the run.
+  /// `visualization` is what is really done in a visualization's time, on a wall clock; it must outlive the run.
   void spawn(Scheduler& device, Scheduler& simulation, Visualization* visualization = nullptr);
 
   /// Makes room for the rows of so many ticks of each device and so many steps.
   void reserve(const std::vector<std::size_t>& ticks, std::size_t steps);
-  /// Shows what the lanes do; call it before they begin. `watch` must live as long as they run.
+  /// Shows in `watch` what the lanes do; call it before they begin. `watch` must live as long as they run.
   void show(LoopWatch& watch);
   /// The next event, in the order of all schedulers merged into one (scheduler/event.h).
   void keep(const Event& event) { event_recorder_.keep(event); }
-  /// The events of a scheduler that runs both lanes, which then forgets them. Between two of them.
+  /// Keeps the events of a scheduler that runs both lanes; the scheduler then forgets them. Call it between two events.
   void take_events(Scheduler& scheduler);
   /// The record of what the lanes did before `end`.
   StrategyRecord finish(RealTime end);
   std::int64_t steps() const { return step_recorder_.steps(); }  ///< that have ended
-  /// Where the lanes add their rows. A live run takes them out between two events of the lane that adds them, but for the
-  /// last segment, and puts them back before finish().
+  /// Where the lanes add their rows. A live run takes the rows out (except the last segment) between two events of the lane
+  /// that adds them, and puts them back before finish().
   StrategyRecord& rows() { return record_; }
 
  private:

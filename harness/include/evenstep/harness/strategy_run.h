@@ -30,13 +30,13 @@ struct RunControl {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }
   std::function<void(const std::string& strategy, double fraction)> progress;
-  LiveView* view = nullptr;                       ///< who watches a run on the wall clock; null: nobody
-  bool picture = false;                           ///< of the live strategy a picture of its tissue is kept (TissuePicture)
+  LiveView* view = nullptr;                       ///< the observer of a run on the wall clock; null: none
+  bool picture = false;                           ///< a picture of the live strategy's tissue is kept (TissuePicture)
   std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept; null: in memory
 };
 
 /// Throws RunFailure. If it is interrupted, it returns what was recorded so far (record.steps end early, record.interrupted
-/// is set). Whatever way it ends, the simulated devices must no longer drive; if they do, that is the failure it throws.
+/// is set). However it ends, the simulated devices must no longer drive; if one does, that is the failure that is thrown.
 StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control);
 
 // Shared with live runs.
@@ -48,7 +48,7 @@ struct LaneParts {
   std::unique_ptr<StepTiming> timing;
   std::vector<HapticDevice*> devices;  ///< empty: a shadow
 };
-/// The scenario's solver, and itself again if a picture of it is to be kept.
+/// The scenario's solver. `watched` points to the same solver if a picture of its tissue is to be kept.
 struct MaybeWatched {
   std::unique_ptr<Solver> solver;
   const WatchedSolver* watched = nullptr;
@@ -65,7 +65,7 @@ struct SlicedRun {
   RealTime reached;          ///< everything before it has happened
 };
 /// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown. `after_slice` is called at
-/// the end of each that did not fail: all events before `until` are run.
+/// the end of each slice that did not fail: all events before `until` have run.
 SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
                         const std::function<void(RealTime until)>& after_slice = {});
 

@@ -2,11 +2,11 @@
 /// How certain a rate of underruns is. The map runs alone over the timing with further seeds, without solver or device, and
 /// with the lead and latency of the run that is judged.
 ///
-/// What is counted are segments: an underrun rarely comes alone, and everything within a segment counts as one event. If k
-/// of n segments have one or more underruns, the true rate p has an upper bound at the one-sided confidence C (Clopper and
-/// Pearson, Biometrika 26, 1934): the p at which k or fewer would occur with probability 1 - C. With k = 0 that is 1 - (1 -
-/// C)^(1/n), about 3/n at 95 %. Segments are treated as independent draws; delays that span several segments make the bound
-/// a little too optimistic.
+/// Segments are counted instead of underruns: an underrun rarely comes alone, and everything within a segment counts as one
+/// event. If k of n segments have one or more underruns, the true rate p has an upper bound at the one-sided confidence C
+/// (Clopper and Pearson, Biometrika 26, 1934): the p at which k or fewer would occur with probability 1 - C. With k = 0 that
+/// is 1 - (1 - C)^(1/n), about 3/n at 95 %. Segments are treated as independent draws; delays that span several segments
+/// make the bound a little too optimistic.
 
 #include <cstdint>
 #include <string>
@@ -38,11 +38,12 @@ RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& si
 /// How many segments with a judged step one seed has.
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind);
 
-/// The least number of segments that, if none has an underrun, bounds the rate of underruns by `rate`. rate and confidence
-/// are in (0, 1).
+/// The least number of segments that, if none has an underrun, bounds the rate of underruns by `rate` with this confidence.
+/// Both are in (0, 1).
 std::int64_t clean_segments(double rate, double confidence);
 
-/// How many seeds have that many segments together, if each has as many as the scenario's own; 0: no segment is judged.
+/// How many seeds it takes to have that many segments together, if each has as many as the scenario's own; 0: no segment is
+/// judged.
 std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_t segments);
 inline constexpr std::int64_t kMostSeeds = 1'000'000;
 
@@ -56,7 +57,7 @@ bool seeds_differ(const Scenario& scenario);
 
 namespace evenstep {
 
-/// For every expectation with a confidence a line for people that says what it takes to judge it.
+/// For every expectation with a confidence, a line for people that says what it takes to judge it.
 std::vector<std::string> explain_rates(const Scenario& scenario);
 
 }  // namespace evenstep

@@ -1,5 +1,5 @@
 #pragma once
-/// What is really done in a visualization's time on a wall clock: [timing] visualization = "render" or "burn 11.1 ms".
+/// What is really done during a visualization on a wall clock: [timing] visualization = "render" or "burn 11.1 ms".
 
 #include <memory>
 #include <string>
@@ -19,16 +19,16 @@ class RealVisualization : public Visualization {
   virtual std::string png() { return {}; }
 };
 
-/// Ready to run: libraries loaded, kernels and shaders compiled, done once. `solver` is looked at when it is drawn, between
-/// two of its steps, and must outlive this. Null if nothing is done meanwhile. Throws RunFailure if this machine cannot do
-/// it.
+/// Ready to run: libraries are loaded, kernels and shaders compiled, and it has run once. A drawing reads `solver` between
+/// two of its steps; `solver` must outlive the result. Null if nothing is done in that time. Throws RunFailure if this
+/// machine cannot do it.
 std::unique_ptr<RealVisualization> make_visualization(const Scenario& scenario, WatchedSolver& solver);
 
-/// The scene's tissue as SVG, with a sentence that says what it shows. Of the pose that `solver` has kept; empty if there is
-/// none.
+/// The scene's tissue as SVG, in the pose that `solver` has kept, with a sentence that says what it shows. Empty if there is
+/// no such pose.
 TissuePicture picture_of(const Scenario& scenario, const WatchedSolver& solver);
-/// How many steps lie between two of the poses that picture_of chooses from: those of a thirtieth of a second. 0: the scene
-/// cannot be drawn.
+/// How many steps lie between two of the poses that picture_of chooses from: as many as fit in a thirtieth of a second. 0:
+/// the scene cannot be drawn.
 std::int64_t steps_between_poses(const Scene& scene);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// A tissue's solver that can be looked at: it passes everything on, and knows where the tools are and what their hands
-/// feel. It changes no bit of what the solver computes.
+/// A tissue's solver that can be watched: it passes every call on to the solver, and knows where the tools are and what
+/// their hands feel. It changes no bit of what the solver computes.
 
 #include <memory>
 #include <optional>
@@ -22,7 +22,7 @@ double force_N(const TissuePose& pose);
 
 class WatchedSolver final : public Solver {
  public:
-  /// `every`: the pose with the largest sum of forces is kept, among those after every so many steps; 0: none is.
+  /// Of the poses after every `every` steps, the one with the largest sum of forces is kept; 0: none is kept.
   WatchedSolver(std::unique_ptr<Solver> solver, int tool_count, std::int64_t every = 0)
       : solver_(std::move(solver)), every_(every), tools_(static_cast<std::size_t>(tool_count)) {}
 

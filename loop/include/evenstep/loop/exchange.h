@@ -72,7 +72,7 @@ struct RenderedContactsSummary {
 struct SourceForces {
   std::variant<ResamplerSpec, ChunkSpec> play;
 };
-/// How many of them a device was not given, or too late.
+/// How many of these forces a device was never given, or was given out of order.
 struct SourceCounts {
   std::int64_t lost = 0;       ///< never came
   std::int64_t reordered = 0;  ///< came after one that was made later
@@ -99,7 +99,7 @@ struct RenderLocal {
   bool coupled = false;    ///< the coupling to the other hand is played as well
   bool by_device = false;  ///< rendered as springs by the device itself as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
-  bool capped_together = false;  ///< that limits both hands' stiffness as one matrix (softened_together)
+  bool capped_together = false;  ///< the cap limits both hands' stiffness as one matrix (softened_together)
 };
 struct RenderSmith {
   SpringMode mode;
@@ -164,8 +164,8 @@ class Exchange {
   virtual std::uint64_t interaction_head(int tool);
 
  private:
-  /// Where the other hand was at its last tick before this sample was read; nullptr if there is none. Not at a tick of the
-  /// same instant, because which of the two runs first must not matter.
+  /// Where the other hand was at its last tick before this sample was read; nullptr if there is none. A tick at the same
+  /// instant does not count, because it must not matter which of the two runs first.
   const glm::dvec3* other_hand_m(int tool, const DeviceSample& sample) const;
 
   struct Link {
@@ -224,7 +224,7 @@ class RecordedExchange final : public Exchange {
   bool next_tick_ready() const;
   /// Whether all samples that the next step saw according to its recorded heads are there.
   bool next_step_ready() const;
-  /// Whether some device has `by` samples more than the next step saw: in the recorded run that step read before them.
+  /// Whether some device has `by` samples more than the next step saw: in the recorded run, that step read before they came.
   bool samples_ahead(std::uint64_t by) const;
   /// The springs that the device rendered in the recorded run. For a shadow there are none, because the device was never
   /// asked; the whole force is the same without them.

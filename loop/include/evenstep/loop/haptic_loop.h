@@ -21,7 +21,7 @@ struct DeviceLane {
   RealTime first_tick;
   HapticDevice* device = nullptr;  ///< nullptr: a shadow, whose force is not sent to any device
   ForceGuard guard;
-  std::int64_t skipped = 0;  ///< ticks before one that ran, left out because the tick before that ran late
+  std::int64_t skipped = 0;  ///< ticks left out because the tick before them ran late; counted at the next tick that runs
 };
 
 /// What is really done in the time of a visualization, on the executor of the simulation lane. Its real length then takes
@@ -31,7 +31,7 @@ class Visualization : public Work {
   virtual ~Visualization() = default;
   /// It is about to run; `programmed` is the length that the timing gives it, and `part` how much of a drawing it may do.
   virtual void begins(Duration programmed, const DrawingPart& part) = 0;
-  /// Whether the run before has finished a drawing.
+  /// Whether the last run finished a drawing.
   virtual bool finished() const { return true; }
 };
 

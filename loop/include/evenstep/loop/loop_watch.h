@@ -1,10 +1,10 @@
 #pragma once
-/// What somebody else may see of a live loop while it runs. Each lane puts what it did into a ring and never looks whether
-/// anybody reads: a push is a copy and a store. A reader that falls behind finds the oldest gone, and counts them
-/// (`SeenRing::take`). A loop that is not watched has no LoopWatch, and asks only whether there is one.
+/// What an observer can see of a live loop while it runs. Each lane puts what it did into a ring and never checks whether
+/// anybody reads it: a push is a copy and a store. A reader that falls behind finds the oldest entries gone, and counts them
+/// (`SeenRing::take`). A loop that is not watched has no LoopWatch, and only checks whether there is one.
 ///
-/// The device lane's thread alone calls tick(), the simulation lane's alone step(); one other thread reads. Nothing in here
-/// is an input of the loop, and nothing is hashed.
+/// Only the device lane's thread pushes into `ticks`, only the simulation lane's into `steps`; one other thread reads both.
+/// Nothing in here is an input of the loop, and nothing is hashed.
 
 #include <array>
 #include <atomic>
@@ -64,7 +64,7 @@ class SeenRing {
         ++dropped_;
     }
   }
-  /// Reader only: entries so far that were overwritten before it came for them.
+  /// Reader only: entries so far that were overwritten before the reader took them.
   std::uint64_t dropped() const { return dropped_; }
 
  private:
@@ -73,7 +73,7 @@ class SeenRing {
 };
 
 struct LoopWatch {
-  /// Two seconds of two devices at 1 kHz, and more than that of steps: a reader comes fifty times a second.
+  /// Two seconds of two devices at 1 kHz, and more than that of steps; a reader comes fifty times a second.
   static constexpr std::size_t kTicks = 4096, kSteps = 2048;
   SeenRing<SeenTick> ticks{kTicks};
   SeenRing<SeenStep> steps{kSteps};

@@ -1,5 +1,6 @@
 #pragma once
-/// Records what the lanes did (one call per tick and per step), mixes it into the trace hash, and shows it to who watches.
+/// Records what the lanes did (one call per tick and per step), mixes it into the trace hash, and shows it to an observer
+/// (loop_watch.h).
 
 #include <glm/vec3.hpp>
 
@@ -28,12 +29,12 @@ class DeviceRecorder {
   explicit DeviceRecorder(DeviceRecord& record) : record_(record) {}
   void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
             const SentForce& sent);
-  /// From now on what it records of device `tool` is shown there, too.
+  /// From now on every tick that it records is also put into `to`, as a tick of device `tool`.
   void show(SeenRing<SeenTick>& to, std::uint32_t tool) { watch_ = &to, tool_ = tool; }
 
  private:
   DeviceRecord& record_;
-  std::int64_t ran_ = 0;  // a live run takes rows away while it goes on
+  std::int64_t ran_ = 0;  // counted here, because a live run takes rows away while it goes on
   SeenRing<SeenTick>* watch_ = nullptr;
   std::uint32_t tool_ = 0;
 };
@@ -61,10 +62,10 @@ class StepRecorder {
   StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}
   /// A segment began at `began`, which on a wall clock is later than programmed.
   void segment(const SegmentTiming& segment, RealTime began);
-  /// Where it is not in a lane of its own: on a wall clock it may begin later than programmed. `length` of one that is
-  /// really run is kLongestRun until visualization_ends.
+  /// For a visualization that is not in a lane of its own: on a wall clock it may begin later than programmed. If it is
+  /// really run, `length` is kLongestRun until visualization_ends.
   void visualization_begins(RealTime now, Duration length) { record_.segments.back().visualization = {{now, now + length}}; }
-  /// Returns how long it took. `finished`: the drawing is complete with it.
+  /// Returns how long it took. `finished`: this visualization completed the drawing.
   Duration visualization_ends(RealTime now, bool finished) {
     SegmentRow& row = record_.segments.back();
     row.finishes = finished;
@@ -75,7 +76,7 @@ class StepRecorder {
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
             const StepEmission& emission, const SolverStep& solver);
-  /// From now on what it records is shown there, too.
+  /// From now on every step that it records is also put into `to`.
   void show(SeenRing<SeenStep>& to) { watch_ = &to; }
   std::int64_t steps() const { return steps_; }  ///< that have ended
 

@@ -7,7 +7,7 @@
 
 namespace evenstep {
 
-/// When the visualization stops the steps: before them, after them ("steps-first"), or not at all.
+/// Where the visualization makes the steps of a segment wait: before them, after them ("steps-first"), or nowhere.
 struct Pause {
   bool before_steps = false;
   bool after_steps = false;
@@ -23,7 +23,7 @@ inline Pause pause_of(const SegmentTiming& segment, bool own_lane) {
 /// the schedule absorbs the delay. begin() and end() must be called for each piece (visualization or step) in order.
 ///
 /// `by()` is the current delay. A boundary at real time B would be at B - by() in a schedule without waits, and that is the
-/// time the map must be told. Otherwise it would learn from its own waiting, and the simulator would slow itself down
+/// time the map must be told. Otherwise the map would learn from the waits, and the simulator would slow itself down
 /// (reference case with lead 0: segments of 33.33 ms grow to 34.24 ms at 10 % jitter).
 class Postponement {
  public:

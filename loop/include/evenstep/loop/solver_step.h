@@ -28,7 +28,7 @@ class SolverStep final : public Work {
   std::array<glm::dvec3, kMaxTools> positions_m{};  ///< input
   ToolResponse response;                            ///< output
   std::uint64_t state_digest = 0;                   ///< output
-  std::int64_t begun = 0;                           ///< steps so far, with the one that runs
+  std::int64_t begun = 0;                           ///< steps so far, including the one that runs
   double seconds = 0;                               ///< host time spent so far; reported, never hashed
   /// Sets the position for the next step: where the hand was at `read_at`.
   void give(int tool, const glm::dvec3& position_m, RealTime read_at);

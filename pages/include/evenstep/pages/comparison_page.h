@@ -7,7 +7,7 @@
 
 namespace evenstep {
 
-/// `command` is what makes it again.
+/// `command` makes the page again.
 std::string comparison_page(const ComparisonRecord& record, const std::string& command);
 
 }  // namespace evenstep

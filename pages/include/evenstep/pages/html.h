@@ -14,8 +14,8 @@ namespace evenstep {
 class Html {
  public:
   Html() = default;
-  /// The text itself. Control characters, marks that change the direction of writing and other characters that nobody sees
-  /// are written as ⟨U+202E⟩ (line breaks and tabs stay); what is not UTF-8 becomes U+FFFD.
+  /// The text itself. Control characters, marks that change the direction of writing and other invisible characters are
+  /// written as ⟨U+202E⟩ (line breaks and tabs stay); what is not UTF-8 becomes U+FFFD.
   Html(std::string_view text);  // NOLINT: text is what nearly all of a page is
   Html(const std::string& text) : Html(std::string_view(text)) {}
   Html(const char* text) : Html(std::string_view(text)) {}
@@ -33,7 +33,7 @@ class Html {
 
 /// The values are escaped.
 using Attributes = std::initializer_list<std::pair<std::string_view, std::string_view>>;
-/// <name attributes>content</name>. Names of elements and attributes are ours, and are written as they are.
+/// <name attributes>content</name>. Names of elements and attributes are evenstep's own, and are not escaped.
 Html element(std::string_view name, Attributes attributes, const Html& content = {});
 Html element(std::string_view name, const Html& content);
 

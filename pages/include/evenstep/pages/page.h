@@ -13,8 +13,8 @@ namespace evenstep {
 
 struct PageSection {
   std::string id;     ///< for links: letters, digits and "-"
-  std::string title;  ///< short, it stands in the list of contents, too
-  Html body;          ///< a section with an empty one is left out
+  std::string title;  ///< short, because the table of contents has it, too
+  Html body;          ///< a section with an empty body is left out
 };
 
 struct Page {
@@ -24,9 +24,9 @@ struct Page {
   Html summary;         ///< a paragraph or two below the title
   std::string command;  ///< the command that makes it again, with a button to copy it; empty: none
   std::vector<PageSection> sections;
-  /// JSON for the charts of pages/web/report.js; empty: the page has none, and not the library that draws them either.
+  /// JSON for the charts of pages/web/report.js; empty: the page has neither charts nor the library that draws them.
   std::string charts;
-  /// The charts are those of pages/web/scope.js instead, and show what the server of the page sends meanwhile.
+  /// The charts are those of pages/web/scope.js instead, and show what the page's server sends during the run.
   bool live = false;
 };
 
@@ -35,7 +35,7 @@ Html verdict_badge(std::string_view verdict);
 
 /// The text of the file.
 std::string html_of(const Page& page);
-/// Its content security policy, which stands in the page, too.
+/// Its content security policy, which is also written in the page.
 std::string policy_of(const Page& page);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// The page of a live run (`evenstep run --scope`), which shows what its server sends meanwhile (pages/web/scope.js says
-/// what).
+/// The page of a live run (`evenstep run --scope`), which shows what its server sends during the run (pages/web/scope.js
+/// says what).
 
 #include <string>
 #include <vector>

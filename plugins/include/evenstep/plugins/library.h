@@ -11,7 +11,7 @@
 
 namespace evenstep {
 
-/// What makes each part that the library has; empty functions for those that it does not have.
+/// The factory of each part that the library has; empty functions for those that it does not have.
 struct Library {
   std::string name;  ///< as it calls itself
   SolverFactory solver;
@@ -20,11 +20,11 @@ struct Library {
   TimingFactory timing;
 };
 
-/// Opens the file at this path, and nothing else: no folder is searched. Its symbols are seen by nobody else, all of them
-/// must be there, and it stays loaded until the program ends, because threads and exit handlers that it has made could not
-/// be found. Opening the same file again gives the same library. Errors in words, with what to do: no file, no shared
-/// object of this machine, a symbol that is missing, another ABI, a size that is not that of the header, a required
-/// function that is missing.
+/// Opens the file at this path, and nothing else: no folder is searched. Other libraries do not see its symbols, and all
+/// symbols that it needs must exist. It stays loaded until the program ends, because there is no way to find the threads and
+/// exit handlers that it may have made. Opening the same file again gives the same library. Errors in words, with what to
+/// do: no such file, not a shared object for this machine, a symbol that is missing, another ABI, a size that is not that of
+/// the header, a required function that is missing.
 Result<Library, std::string> open_library(const std::string& path);
 
 }  // namespace evenstep

@@ -15,16 +15,17 @@
 ///   static const evenstep_plugin plugin = {EVENSTEP_ABI, sizeof plugin, "my-spring", &solver};
 ///   EVENSTEP_EXPORT const evenstep_plugin* evenstep_plugin_v1(void) { return &plugin; }
 ///
-/// A function that is not said to be required may be NULL. Every function but stop and destroy returns EVENSTEP_OK or what
-/// went wrong; then it may write why into `error`, which belongs to evenstep and is empty before each call. An exception
-/// must not leave a function; if evenstep sees one, it counts as EVENSTEP_FAILED.
+/// A function may be NULL unless it is said to be required. Every function except stop and destroy returns EVENSTEP_OK or
+/// the code of what went wrong; in that case it may write the reason into `error`, which belongs to evenstep and is empty
+/// before each call. An exception must not leave a function; if evenstep sees one, it counts as EVENSTEP_FAILED.
 ///
-/// Memory belongs to who made it. What evenstep passes is valid until the function returns, unless said otherwise. Strings
-/// are UTF-8 and end with 0. Positions and forces are x, y, z of one tool after the other.
+/// Memory belongs to the side that allocated it. What evenstep passes is valid until the function returns, unless stated
+/// otherwise. Strings are UTF-8 and end with 0. Positions and forces are x, y, z of one tool after the other.
 ///
-/// create is called once per strategy, by any thread, and several of what it makes are used at the same time, each by one
-/// thread at a time: they must not share anything that changes. The library gets its time and its seed, and must ask for
-/// neither: the same inputs give the same answers, bit for bit, or `--repeat` names it. It is never unloaded.
+/// create is called once per strategy, by any thread. Several of the objects that it makes are used at the same time, each
+/// by one thread at a time, so they must not share anything that changes. The library is given the time and the seed, and
+/// must take neither from elsewhere: the same inputs must give the same answers, bit for bit; `--repeat` names a part that
+/// breaks this. A library is never unloaded.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -48,12 +49,12 @@ typedef struct evenstep_error {
   char remedy[160];   ///< what the user can do about it
 } evenstep_error;
 
-/// What all parts are made for. `struct_size` is that of the whole request.
+/// What the request for every part begins with. `struct_size` is the size of the whole request.
 typedef struct evenstep_request {
   uint32_t struct_size;
   uint32_t reserved;
   const char* options;  ///< the scenario's `options` as a JSON object, keys in alphabetical order
-  uint64_t seed;        ///< [run] seed: all that may be drawn at random follows from it
+  uint64_t seed;        ///< [run] seed, from which all random numbers must follow
 } evenstep_request;
 
 // ---- solver -----------------------------------------------------------------------------------------------------------
@@ -69,7 +70,7 @@ typedef struct evenstep_solver_request {
   int32_t reserved;
 } evenstep_solver_request;
 
-/// Where a tool touches and how stiff; evenstep/sim/solver.h says what each member means.
+/// Where a tool touches and how stiff the contact is; evenstep/sim/solver.h says what each member means.
 typedef struct evenstep_contact {
   int32_t touching, unilateral;
   double point_m[3], normal[3];
@@ -84,16 +85,16 @@ typedef struct evenstep_solver_functions {
   int (*create)(const evenstep_solver_request* request, void** solver, evenstep_error* error);
   void (*destroy)(void* solver);
   /// Required. Advances the scene by step_s simulated seconds (> 0), at the end of which the tools are at `positions_m`
-  /// (3 tool_count entries, m, finite); writes the forces on the hand, N, as many. They are 0 before the call.
+  /// (3 tool_count entries, m, finite); writes as many entries of the forces on the hand, N, which are 0 before the call.
   int (*step)(void* solver, const double* positions_m, double step_s, double* forces_N, evenstep_error* error);
-  /// Capabilities. What is NULL is left out of a run, which says so.
+  /// Capabilities. A run does without those that are NULL, and says so.
   int (*contacts)(void* solver, evenstep_contact* contacts, evenstep_error* error);  ///< tool_count entries
   int (*state_digest)(void* solver, uint64_t* digest, evenstep_error* error);        ///< of the whole state, bit for bit
   int (*energy)(void* solver, double* energy_J, evenstep_error* error);              ///< of all that moves or is stored
-  /// `*displacements_m` and `*velocities_m_per_s`: 3 *count entries each, the solver's, read before the next call.
+  /// `*displacements_m` and `*velocities_m_per_s`: 3 *count entries each, owned by the solver, read before the next call.
   int (*particles)(void* solver, int64_t* count, const double** displacements_m, const double** velocities_m_per_s,
                    evenstep_error* error);
-  int (*reset)(void* solver, evenstep_error* error);  ///< to the state before the first step; else another one is made
+  int (*reset)(void* solver, evenstep_error* error);  ///< to the state before the first step; NULL: another solver is made
 } evenstep_solver_functions;
 
 // ---- device -----------------------------------------------------------------------------------------------------------
@@ -179,7 +180,7 @@ typedef struct evenstep_timing_functions {
 
 // ---- entry ------------------------------------------------------------------------------------------------------------
 
-/// What a library has; it and all that it points to stay as they are until the program ends.
+/// What a library has. It and all that it points to must not change until the program ends.
 typedef struct evenstep_plugin {
   uint32_t abi;          ///< EVENSTEP_ABI
   uint32_t struct_size;  ///< sizeof(evenstep_plugin)

@@ -1,7 +1,7 @@
 #pragma once
-/// What a profiler recorded, whatever its file is: named intervals of real time. Readers of single formats are in
-/// recordings/src/profiles; which intervals are segments, visualizations and steps is decided by roles.h, for all formats
-/// alike.
+/// What a profiler recorded, whatever the format of its file: named intervals of real time. The readers of the formats are
+/// in recordings/src/profiles; roles.h decides, for all formats alike, which intervals are segments, visualizations and
+/// steps.
 ///
 /// Files are not trusted. At most 10 million intervals (of 24 bytes) and a million names of 64 MB together are kept, however
 /// long the file is. Intervals outside the format's rules (an end that is missing or before the begin) are
@@ -41,18 +41,18 @@ struct Profile {
   bool only_visualizations = false;  ///< a recording of pictures: there can be no steps in it
   std::vector<ProfileName> names;
   std::vector<std::string> sources;        ///< processes, swap chains, devices; "" where the file does not say
-  std::vector<ProfileInterval> intervals;  ///< in order of begin; with the zero of the file's own clock
+  std::vector<ProfileInterval> intervals;  ///< in order of `begin`; times of the file's own clock
   std::vector<LeftOut> left_out;
 };
 
-/// The columns of a CSV that no reader knows. Names are those of its header.
+/// The columns of a CSV file whose format no reader knows, named as in its header.
 struct CsvColumns {
   std::string name, begin, end, duration, process;  ///< `begin` and one of `end` and `duration`; the others may be empty
   std::string unit;                                 ///< of the times: "ns", "us", "ms", "s"
 };
 
 struct ProfileOptions {
-  std::string format;  ///< one of profile_formats(); empty: found from the file's begin
+  std::string format;  ///< one of profile_formats(); empty: recognized by how the file begins
   CsvColumns columns;
 };
 

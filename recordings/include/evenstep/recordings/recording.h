@@ -13,7 +13,7 @@ struct RecordingOptions {
   ProfileOptions profile;
 };
 
-/// Whether the file begins as a timing.csv, or as a plain list of steps, does: then roles have no meaning for it.
+/// Whether the file begins like a timing.csv or like a plain list of steps; roles have no meaning for such a file.
 bool is_timing_csv(const std::string& path);
 
 using Recording = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;

@@ -1,8 +1,8 @@
 #pragma once
 /// Recorded timing, with the columns `segment,kind,index,begin_ns,end_ns` (kind is visualization, step or idle) in integers.
-/// There may be gaps between rows; a visualization may overlap steps (if it has its own thread); N may vary. Errors,
-/// reported with their line: time going back (a step that begins before the one before it ended, an end before its begin), a
-/// segment number going back, more than 10 million rows. Times may be negative, up to 4e18 ns either way.
+/// There may be gaps between rows; a visualization may overlap steps (if it has its own thread); the number of steps may
+/// vary. Errors, reported with their line: time going back (a step that begins before the previous one ended, an end before
+/// its begin), a segment number going back, more than 10 million rows. Times may be negative, up to 4e18 ns either way.
 
 #include <functional>
 #include <iosfwd>
@@ -20,9 +20,10 @@ using TimingCsv = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
 TimingCsv read_timing_csv(const std::string& path);
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 
-/// Pieces of a segment in order of their begin, its idle rest last. Reading it gives the segments again, from 0 on.
+/// The pieces of each segment are in order of their begin, its idle rest last. Reading the text gives the segments again,
+/// shifted to begin at 0.
 std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
-/// The same of segments that are handed over one by one; a null pointer ends them.
+/// The same for segments that `next` hands over one by one; a null pointer ends them.
 void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next);
 
 /// The same format, or a plain list of steps with the header `begin_ns,end_ns`, which becomes one segment. Steps must not

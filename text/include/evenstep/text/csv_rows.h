@@ -1,6 +1,6 @@
 #pragma once
 /// Reads the rows of a CSV file without quotes, and knows the column at which each cell begins. Lines before the header that
-/// begin with '#' are left out: they say where a recording comes from.
+/// begin with '#' are skipped: they say where a recording comes from.
 
 #include <cstdint>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. What is meant to
+/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. A value that must
 /// be an integer is never computed in double. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
 
 #include <string>
@@ -40,15 +40,15 @@ enum class Dimension {
 /// number for Dimension::none.
 Result<double> parse_si(std::string_view text, Dimension dimension);
 
-/// A limit of an expectation, with number and unit as written; `step` and the nominal times are only resolved when it is
-/// judged.
+/// A limit of an expectation, with number and unit as written; the unit `step` and the nominal times are resolved only when
+/// the expectation is judged.
 struct Limit {
   double number = 0;
   std::string unit;
 };
 Result<Limit> parse_limit(std::string_view text);
 /// The factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: the value of the unit
-/// "step" here; 0 if it has none.
+/// "step" here; 0 if that unit has no value here.
 Result<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
 
 }  // namespace evenstep

@@ -11,19 +11,20 @@
 
 namespace evenstep::internal {
 
-/// Errors: the file does not exist (naming the folder if that is missing), is a directory, is larger than `most_bytes`, or
-/// cannot be read.
+/// Errors: the file does not exist (the error names its folder if that is missing), is a directory, is larger than
+/// `most_bytes`, or cannot be read.
 Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
-/// Writes a file under another name beside it and renames it, so that it is there as a whole or as it was; a pipe or a
-/// device is written to as it is. Returns what went wrong; empty: ok.
+/// Writes to another name in the same folder and then renames, so that the file is either complete or as it was before; a
+/// pipe or a device is written to directly. Returns what went wrong; empty: ok.
 std::string write_text_file(const std::string& path, std::string_view text);
-/// The same of a text that `write` puts into the stream bit by bit, so that it need not be in memory.
+/// The same for a text that `write` puts into the stream piece by piece, so that it need not be in memory as a whole.
 std::string write_text_file(const std::string& path, const std::function<void(std::ostream&)>& write);
-/// Why write_text_file cannot write there, as far as that can be known before; empty if it can.
+/// Why write_text_file cannot write to `path`, as far as this can be known in advance; empty if it can.
 std::string write_objection(const std::string& path);
 
-/// The path as another machine may know it: relative to the working directory where it is below it, else the file's name.
+/// The path in a form that another machine may know: relative to the working directory if it lies below that, else only the
+/// file's name.
 std::string portable_path(const std::string& path);
 
 /// Reads a file in pieces of whole lines, one at a time, so that a recording of ten million rows need not be in memory.
@@ -38,7 +39,7 @@ class TextPieces {
  private:
   std::ifstream stream_;
   std::string buffer_, error_;
-  std::size_t kept_ = 0, kept_from_ = 0;  // the begin of a line whose rest has not been read yet
+  std::size_t kept_ = 0, kept_from_ = 0;  // the beginning of a line whose rest has not been read yet
   std::int64_t most_bytes_, left_bytes_;
 };
 

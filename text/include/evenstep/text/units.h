@@ -24,7 +24,7 @@ struct Unit {
   std::int64_t scale;  ///< whole: 1, 60, 3600
   int exponent;        ///< "ms": 1 * 10^-3 s
   UnitKind kind = UnitKind::plain;
-  bool word = false;  ///< a word: takes a plural s
+  bool word = false;  ///< a word, which may take a plural s
 };
 
 const std::vector<Unit>& units();

@@ -2,7 +2,7 @@
 /// The drivers that a [[device]] can name. Each alternative of DriverSpec has
 ///   kName           the value of [[device]] driver,
 ///   fields()        the keys that exist only for this driver, as rows of the field table,
-///   read()          reads these keys into the alternative; they have been checked before,
+///   read()          reads these keys, which have been checked before, into the alternative,
 ///   knows_newtons() whether its force is known in newtons, so that expectations may be about it.
 /// The driver itself is made in harness/src/make_driver.cpp.
 
@@ -62,7 +62,7 @@ struct EvdevSpec {
   static EvdevSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
   bool knows_newtons() const { return options.full_scale_N.has_value(); }
 
-  EvdevOptions options;                     ///< without unchanged_age, which unchanged_age_of() knows
+  EvdevOptions options;                     ///< without unchanged_age, which unchanged_age_of() gives
   Rate firmware_rate{4000, 1};              ///< at which it renders springs by itself
   std::optional<Duration> report_interval;  ///< the longest between two reports; empty: two periods of the device's rate
   int effects = 16;                         ///< this and the next three are of the simulated device
@@ -71,7 +71,7 @@ struct EvdevSpec {
   std::optional<RealTime> meddled_at;
 };
 
-/// driver = "inverse3": a Haply Inverse3 through the service of its maker, and a simulated service.
+/// driver = "inverse3": a Haply Inverse3 through its maker's service, and a simulated service.
 struct Inverse3Spec {
   static constexpr std::string_view kName = "inverse3";
   static std::vector<internal::Field> fields();
@@ -104,10 +104,10 @@ inline bool knows_newtons(const DriverSpec& driver) {
 
 /// The springs that devices of a driver render by themselves.
 struct OwnSprings {
-  std::optional<double> steepest_N_per_m;  ///< empty: its newtons are not known
+  std::optional<double> steepest_N_per_m;  ///< empty: the force is not known in newtons
   Rate firmware_rate;
 };
-/// Empty: none.
+/// Empty: the driver has none.
 std::optional<OwnSprings> own_springs(const DriverSpec& driver);
 
 }  // namespace evenstep

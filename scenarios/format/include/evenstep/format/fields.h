@@ -53,7 +53,7 @@ struct Field {
   std::string_view meaning;
   std::string_view words = "";  ///< "fill|real"
   std::string_view kinds = "";  ///< the key exists only if `kind` of its table (kind_key) is one of these: "sine|still";
-                                ///< a [timing] with one of these keys has the kind "trace" or "foreign"
+                                ///< a [timing] with the key "trace" or "foreign" has that kind
   bool required = false;
   Dimension dimension = Dimension::none;
   Range range = {};

@@ -10,10 +10,10 @@
 namespace evenstep {
 
 struct Foreign {
-  std::string name;            ///< "my-arm"; of a library what it calls itself
+  std::string name;            ///< "my-arm"; for a library, what it calls itself
   std::string options = "{}";  ///< a JSON object, its keys in alphabetical order
   std::string library;         ///< path of a shared object (plugin.h); empty: the program has registered it
-  std::uint64_t seed = 1;      ///< [run] seed: all that it may draw at random follows from it
+  std::uint64_t seed = 1;      ///< [run] seed, from which all its random numbers must follow
   Place place;                 ///< of the name or the library, for errors
 };
 

@@ -21,8 +21,8 @@ Value load_document(const std::string& path, Errors& errors);
 /// name). The place of the value is the assignment itself.
 void apply_override(Value& document, const std::string& assignment, Errors& errors);
 
-/// Sets the value at such a path; errors in the path are reported at the place of the value. Returns false, with an error,
-/// if there is no such list element.
+/// Sets the value at a path of that form; errors in the path are reported at the place of the value. Returns false, with an
+/// error, if there is no such list element.
 bool set_value(Value& document, std::string_view path, Value value, Errors& errors);
 
 /// The path that a value names: one written in a scenario is relative to the file that contains it, one given on the command

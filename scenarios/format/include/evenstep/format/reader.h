@@ -16,7 +16,7 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
 ReadResult read_document(Value document, const std::string& path, const Registry& registry = {}, bool real_time = false);
 
 /// Takes the faults that [run] faults_off names out of the tables: "timing.hitch", "device.left.faults.2". An unknown name
-/// is an error. What is not a list of names is left to the check.
+/// is an error. A value that is not a list of names is left for the check to report.
 void switch_off_faults(Value& document, Errors& errors);
 
 /// Whether the value at this path of a scenario is the name of a file.

@@ -9,8 +9,8 @@
 ///     return evenstep::command_line(argc, argv, registry);
 ///   }
 ///
-/// A registry is handed in; there is no global one. The reader puts the factory of each part that a scenario names into the
-/// Scenario, so nothing after it looks up a name. Factories are called by several threads at once.
+/// A registry is passed as an argument; there is no global one. The reader puts the factory of each part that a scenario
+/// names into the Scenario, so nothing after it looks up a name. Factories are called by several threads at once.
 
 #include <functional>
 #include <map>
@@ -27,7 +27,8 @@ namespace evenstep {
 
 class Registry {
  public:
-  /// Each throws std::invalid_argument for an empty name, an empty function or a name that is taken in its kind.
+  /// Each throws std::invalid_argument for an empty name, an empty function or a name that a part of the same kind already
+  /// has.
   void add_solver(const std::string& name, SolverFactory make) { add(solvers_, "solver", name, std::move(make)); }
   void add_device(const std::string& name, DeviceFactory make) { add(devices_, "device", name, std::move(make)); }
   void add_map(const std::string& name, MapFactory make) { add(maps_, "map", name, std::move(make)); }
@@ -56,8 +57,8 @@ class Registry {
   Timings timings_;
 };
 
-/// What the program `evenstep` has: evenstep's own parts have words of their own in a scenario and need no entry, so it is
-/// empty.
+/// The registry of the program `evenstep`. It is empty, because evenstep's own parts have words of their own in a scenario
+/// and need no entry.
 inline Registry builtin() { return {}; }
 
 }  // namespace evenstep

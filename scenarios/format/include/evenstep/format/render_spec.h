@@ -1,6 +1,6 @@
 #pragma once
 /// [[device]] render as it is written: how the force of a tick is computed from its scheduled record (device/renderer.h).
-/// What runs, with every number known, is LinkSpec::render (loop/exchange.h).
+/// A run uses LinkSpec::render (loop/exchange.h), in which every number is known.
 
 #include <optional>
 #include <variant>
@@ -18,12 +18,13 @@ struct LocalRender {
   std::optional<double> alpha = 1.0;                 ///< empty: automatic
   LocalModel stiffness = LocalModel::instantaneous;  ///< which stiffness the solver computes
   bool knows_gap = true;                             ///< false only for comparison: the gap is then not used
-  /// The largest stiffness with which a contact is played. by_law: what the law allows for the hand (stiffness_laws.h).
+  /// The largest stiffness with which a contact is played. by_law: as much as the law allows for the hand
+  /// (stiffness_laws.h).
   struct Cap {
     enum class Kind { none, by_law, fixed } kind = Kind::none;
     double fixed_N_per_m = 0;
   } cap;
-  bool by_device = false;  ///< device_spring: as springs of the device itself, as far as it can
+  bool by_device = false;  ///< device_spring: the device renders it as its own springs, as far as it can
   bool coupled = false;    ///< the force follows the other hand, too
   StiffnessPart part = StiffnessPart::all;
 };

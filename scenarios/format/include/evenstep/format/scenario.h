@@ -1,5 +1,5 @@
 #pragma once
-/// A scenario, resolved: what a file says after `extends`, `--set` and defaults. Field table:
+/// A scenario, resolved: what a file says once `extends`, `--set` and defaults are applied. Field table:
 /// scenarios/format/src/reader_fields.cpp.
 
 #include <array>
@@ -65,7 +65,7 @@ struct StrategyTraits {
   bool filters = false;            ///< it uses the filter of [remap]
   bool varies_step = false;        ///< a step is as long as the real time since the step before
   bool for_comparison = false;     ///< somebody else's map: `size` shows it only if it is asked for
-  bool continues = false;          ///< a tick plays what the forces so far say of the present, without a latency
+  bool continues = false;          ///< a tick plays the forces so far, continued to the present, without a latency
 };
 inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::ideal, .name = "ideal", .knows_motion = true},
@@ -101,18 +101,18 @@ struct GuardSpec {
 };
 /// The limits for a device; values that are not written in the file are taken from `otherwise`.
 ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise);
-/// The defaults for a real device: a force that a hand can hold against, a gain of a quarter, ramped up within a second and
-/// down within 50 ms.
+/// The defaults for a real device: a force that a hand can resist, a gain of a quarter, ramped up within a second and down
+/// within 50 ms.
 inline constexpr ForceLimits kLiveLimits{
     3, 1000, {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
-/// How old the reports of a device are, and what time a sample has because of it.
+/// How old the reports of a device are when they come, and which time a sample has as a result.
 struct ReportAge {
   Duration least;              ///< of every report when it comes
-  Duration jitter;             ///< a report is older than that by anything up to this, equally likely
-  std::int64_t clock_ppm = 0;  ///< the device's clock, and so its ticks, are faster by this
+  Duration jitter;             ///< a report is older than `least` by up to this, uniformly distributed
+  std::int64_t clock_ppm = 0;  ///< the device's clock, and so its ticks, run faster by this
   std::uint64_t seed = 1;
-  /// What was written for `sample_time`: whether a sample's time is when it was taken instead of when it was read.
+  /// What the scenario says in `sample_time`: whether a sample's time is when it was taken instead of when it was read.
   std::optional<bool> follows_clock;
   /// Whether anything is said about ages.
   bool is_given() const { return least.ns > 0 || jitter.ns > 0 || clock_ppm != 0; }
@@ -130,7 +130,7 @@ struct DeviceSpec {
   RenderSpec render;
   bool is_real = false;  ///< run with --device, so its true motion is not known
   DriverSpec driver;
-  Place driver_place;               ///< where it is named, or could be
+  Place driver_place;               ///< where the driver is named, or could be
   std::optional<Duration> unplug;   ///< when the simulated device is unplugged
   std::optional<Duration> returns;  ///< when it is plugged in again, after that
   std::vector<ReportFault> faults;
@@ -142,14 +142,16 @@ struct DeviceSpec {
 
 /// Whether a driver's reports can say when they were taken.
 bool says_when_taken(const DriverSpec& driver);
-/// Whether the time of a device's samples is when they were taken, by the device's own clock. Otherwise it is when they were
-/// read. If nothing is written: for a real device, and where ages are given, as far as its driver can tell.
+/// Whether the time of a device's samples is when they were taken, by the device's own clock; otherwise it is when they were
+/// read. If the scenario does not say, this is true for a real device and where ages are given, provided that the driver can
+/// tell.
 bool follows_clock(const DeviceSpec& device);
-/// For a driver that is told changes only, and whose samples say when they were taken: how old a position is that nothing
-/// has changed. Empty for all others.
+/// For a driver that is told of changes only, and whose samples say when they were taken: the age that a position has if it
+/// has not changed. Empty for all others.
 std::optional<Duration> unchanged_age_of(const DeviceSpec& device);
-/// The largest age of its samples at the tick that reads them, by their own time; 0 if that is when they were read. The
-/// least age counts, as far as the driver knows it; the wait for the tick varies only if the clocks differ.
+/// The largest age that a device's samples can have at the tick that reads them, by their own time; 0 if that time is when
+/// they were read. The least age is included, as far as the driver knows it; the wait for the tick varies only if the clocks
+/// differ.
 Duration largest_age(const DeviceSpec& device);
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
@@ -189,24 +191,24 @@ struct RemapSpec {
 /// The filter of `filtered` for a signal that comes at `rate`.
 FilterSpec filter_at(const RemapSpec& remap, Rate rate);
 
-/// What is done in a visualization's time on a wall clock. Under the virtual clock it is only a length.
+/// What is done during a visualization on a wall clock. On the virtual clock a visualization is only a length of time.
 enum class VisualizationWork {
   pause,   ///< nothing: the steps wait
-  render,  ///< the tissue is drawn, and that takes as long as it takes
+  render,  ///< the tissue is drawn, for as long as drawing it takes
   burn     ///< a kernel keeps the compute device busy for about the length
 };
 
 struct TimingSpec {
   ProgrammedTiming programmed;
-  std::optional<SourceSpec> elsewhere;  ///< [source]: made elsewhere; its seed is that of `programmed`
+  std::optional<SourceSpec> elsewhere;  ///< [source]: the forces are made elsewhere; same seed as `programmed`
   bool real_steps = false;              ///< step = "real": no programmed floor on a wall clock
   VisualizationWork work = VisualizationWork::pause;
-  Place work_place;                         ///< where that is said
+  Place work_place;                         ///< where `work` is written
   std::array<int, 2> picture_px{800, 600};  ///< width and height of what `render` draws
-  std::optional<FrameGovernor> governor;    ///< what shortens the pauses, of `programmed` as well as of `trace`
+  std::optional<FrameGovernor> governor;    ///< shortens the pauses, of `programmed` as well as of `trace`
   std::vector<SegmentTiming> trace;         ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
-  std::optional<Foreign> source;  ///< the program's own, from which `trace` was drawn
+  std::optional<Foreign> source;  ///< the program's own timing source, which gave `trace`
 };
 
 /// A step of a study: the scene's step divided into `substeps`, or `steps` of the scene's steps at once; one of the two is
@@ -223,13 +225,13 @@ struct StiffnessSearch {
 };
 /// The error that a study measures.
 enum class StudyError {
-  felt_force,  ///< of the force that the hand feels, over what the run judges: evenstep/campaigns/felt_study.h
+  felt_force,  ///< of the force that the hand feels, over the judged time: evenstep/campaigns/felt_study.h
   state        ///< of positions, forces and energy of a tissue on an even schedule: evenstep/campaigns/study.h
 };
 struct StudySpec {
   StudyError error = StudyError::felt_force;
-  /// Simulated. Of the felt force: from the end of the warm-up on, at most all that the run judges. Of the state: from the
-  /// begin of the first motion on.
+  /// Simulated time. For the felt force: from the end of the warm-up on, at most the whole time that the run judges. For the
+  /// state: from the beginning of the first motion on.
   Duration duration;
   std::vector<Method> methods;
   std::vector<SolverKind> solvers;
@@ -243,7 +245,7 @@ struct Expectation {
   Place place;
   struct {
     Place signal, metric, min, max;
-  } written;  ///< where its parts are; of `equals` min and max
+  } written;  ///< where its parts are written; `equals` sets both min and max
   std::string signal, metric, because;
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;  ///< for a case: judge only the cells whose values lie between these
@@ -255,8 +257,8 @@ struct Expectation {
   std::int64_t seeds = 0;
 };
 
-/// [[sometimes]]: a state that at least one point of a sweep must reach. Of the condition, `because` and what else only an
-/// expectation has is empty.
+/// [[sometimes]]: a state that at least one point of a sweep must reach. In the condition, `because` and all other members
+/// that only an expectation has are empty.
 struct Sometimes {
   std::string name;
   Expectation condition;
@@ -273,7 +275,7 @@ struct SweepFind {
   std::size_t axis = 0;  ///< position in the grid; its values rise strictly
   bool smallest = true;
   std::string gate;  ///< at_most or at_least as written; empty: any value is accepted
-  /// How many values of the axis satisfy `gate`: the first ones if `smallest`, otherwise the last ones.
+  /// How many values of the axis satisfy `gate`: these are the first ones if `smallest`, otherwise the last ones.
   std::size_t allowed = 0;
 };
 /// [sweep]: the runs of a scenario that `evenstep sweep` makes.
@@ -322,8 +324,8 @@ struct Scenario {
   std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
   std::vector<Sometimes> sometimes;
-  std::vector<ProgrammedFault> faults;   ///< those that [run] faults_off leaves
-  bool has_faults_off = false;           ///< it names some
+  std::vector<ProgrammedFault> faults;   ///< those that [run] faults_off leaves on
+  bool has_faults_off = false;           ///< [run] faults_off names some
   Duration recovery_latency{1'000'000};  ///< what counts as recovered: evenstep/reports/recovery.h
   double recovery_jump = 0.1;
   struct ExpectStop {
@@ -337,7 +339,7 @@ struct Scenario {
   std::string resolved_toml;  ///< the merged table, for resolved.toml
 };
 
-/// The expectations and the conditions of [[sometimes]]: all that asks for a number of the run.
+/// The expectations and the conditions of [[sometimes]]: everything that asks for a figure of the run.
 std::vector<const Expectation*> conditions_of(const Scenario& scenario);
 
 /// Whether a device is held by a hand that feels the force, so that the force decides where it moves.
@@ -346,10 +348,10 @@ bool has_hand(const Scenario& scenario);
 struct ReadOptions {
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
-  Registry registry = {};  ///< the parts that the program brings along; a scenario with another one is an error
-  bool real_time = false;  ///< it will run on a wall clock: how long a drawing takes need not be known
+  Registry registry = {};  ///< the parts that the program brings along; a scenario that names any other is an error
+  bool real_time = false;  ///< it will run on a wall clock, so how long a drawing takes need not be known
 };
-/// Or all its errors, by position.
+/// The scenario, or all its errors, by position.
 using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
 ReadResult read_scenario(const std::string& path, const ReadOptions& options = {});
 /// JSON Schema (draft-04) generated from the field table, with the names of the registered parts.
