@@ -91,7 +91,7 @@ struct Regimes {
   double mean_length = 8;
   double slow_share = 0.5;  ///< share of the segments with the longer one, in (0, 1)
 };
-/// The mean stay, in segments, at the length that occurs less often.
+/// How many segments it stays, on average, at the length that it has less often.
 double shortest_mean_stay(const Regimes& regimes);
 
 /// How the lengths of a piece of work vary about their mean.
