@@ -1,8 +1,9 @@
 #ifndef EVENSTEP_REMAP_H
 #define EVENSTEP_REMAP_H
 /* The remap of evenstep for C, and for every language that can call C (C#, Python, Unity, Unreal). It maps between the even
- * time of a device and the uneven time of a simulation: each step of the simulation reads where the hand was at the step's
- * slot, and its force is played a constant latency after that. Plain C99, and C++. docs/embedding.md explains it.
+ * time of a device and the uneven time of a simulation: each step of the simulation gets a slot in even time, reads where
+ * the hand was a lead before that, and its force is played a constant latency after the time of the read. Plain C99, and
+ * C++. docs/embedding.md explains it.
  *
  *     evenstep_remap_options options;
  *     evenstep_remap* remap;
@@ -22,12 +23,12 @@
  * forces are `components` doubles each, all of them finite; their units are the caller's.
  *
  * Threads: one device thread and one simulation thread at the same time, each with its own functions; counts from any
- * thread. Create and destroy while nobody else uses the handle. No call in between waits, locks or, unless it is refused,
- * allocates.
+ * thread. Create and destroy while nobody else uses the handle. No call in between waits or locks, and none allocates
+ * unless it is refused.
  *
- * Every function but the three that return something else gives a code: EVENSTEP_REMAP_OK, or what is wrong, which
- * evenstep_remap_last_error() then says in words. A call that is refused has changed nothing and written nothing. No C++
- * exception leaves the library. A handle that was destroyed, or memory too short for what is written, cannot be detected. */
+ * Every function that returns int returns a code: EVENSTEP_REMAP_OK, or what is wrong, which evenstep_remap_last_error()
+ * then says in words. A call that is refused has changed nothing and written nothing. No C++ exception leaves the library.
+ * A handle that was destroyed, or memory too short for what is written, cannot be detected. */
 
 #include <stdint.h>
 
@@ -47,7 +48,7 @@
 extern "C" {
 #endif
 
-/* The version of this interface. It grows when a function changes; new fields are only ever added at the end of a struct,
+/* The version of this interface. It rises when a function changes; new fields are only ever added at the end of a struct,
  * whose struct_size says which of them the caller knows. */
 #define EVENSTEP_REMAP_ABI 1
 /* The library's version: a program that loads it compares this with EVENSTEP_REMAP_ABI. */
@@ -56,14 +57,14 @@ EVENSTEP_REMAP_API uint32_t evenstep_remap_abi(void);
 #define EVENSTEP_REMAP_US INT64_C(1000)    /* a microsecond, ns */
 #define EVENSTEP_REMAP_MS INT64_C(1000000) /* a millisecond, ns */
 #define EVENSTEP_REMAP_FURTHEST_NS INT64_C(1000000000000000000)
-#define EVENSTEP_REMAP_LONGEST_NS INT64_C(1000000000000000) /* 11 days: of any length in the options */
+#define EVENSTEP_REMAP_LONGEST_NS INT64_C(1000000000000000) /* 11 days: the limit of every length in the options */
 #define EVENSTEP_REMAP_MOST_COMPONENTS 8
 #define EVENSTEP_REMAP_MOST_ENTRIES 1048576 /* of a ring */
 
 /* Codes. */
 #define EVENSTEP_REMAP_OK 0
 #define EVENSTEP_REMAP_INVALID 1  /* a null pointer, a number outside its range or not finite */
-#define EVENSTEP_REMAP_ORDER 2    /* a time before the one before it, or begin_step and end_step do not take turns */
+#define EVENSTEP_REMAP_ORDER 2    /* a time before the previous one, or begin_step and end_step do not alternate */
 #define EVENSTEP_REMAP_ABI_SIZE 3 /* struct_size is not that of a version that this library knows */
 #define EVENSTEP_REMAP_MEMORY 4   /* there is not enough memory */
 #define EVENSTEP_REMAP_BROKEN 5   /* a fault of the library */
@@ -112,9 +113,9 @@ typedef struct evenstep_remap_counts {
   uint32_t struct_size; /* set by the caller to sizeof this struct */
   uint32_t reserved;
   uint64_t steps;          /* that have begun */
-  uint64_t acquiring;      /* of them: without a slot yet */
+  uint64_t acquiring;      /* of these: without a slot yet */
   uint64_t late_forces;    /* that came after their emission time */
-  int64_t latest_force_ns; /* the most that one came too late by */
+  int64_t latest_force_ns; /* how late the latest of them came */
   /* Reads of the hand by steps that had a slot, and reads of forces by ticks. */
   uint64_t hand_inside, hand_held, hand_extrapolated, hand_overruns, hand_empty;
   uint64_t force_inside, force_held, force_extrapolated, force_overruns, force_empty;
@@ -133,9 +134,9 @@ EVENSTEP_REMAP_API void evenstep_remap_destroy(evenstep_remap* remap);
 EVENSTEP_REMAP_API int evenstep_remap_sample(evenstep_remap* remap, int64_t now_ns, const double* position);
 EVENSTEP_REMAP_API int evenstep_remap_force(evenstep_remap* remap, int64_t now_ns, double* force, uint32_t* status);
 
-/* Simulation thread. A segment is one visualization and its steps; it must be told of, or no step ever has a slot.
- * begin_step and end_step take turns; the times of segments do not decrease, nor do those of steps. `read` and `emission_ns`
- * may be NULL; *emission_ns becomes F(n), which lies before now_ns if the force is late. */
+/* Simulation thread. A segment is one visualization and its steps; call evenstep_remap_segment at the begin of each, or no
+ * step ever has a slot. begin_step and end_step alternate; the times of segments do not decrease, nor do those of steps.
+ * `read` and `emission_ns` may be NULL; *emission_ns becomes F(n), which lies before now_ns if the force is late. */
 EVENSTEP_REMAP_API int evenstep_remap_segment(evenstep_remap* remap, int64_t begin_ns);
 EVENSTEP_REMAP_API int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* position,
                                                  evenstep_remap_read* read);
@@ -145,7 +146,7 @@ EVENSTEP_REMAP_API int evenstep_remap_end_step(evenstep_remap* remap, int64_t no
 /* Any thread. Each number was true a moment ago. */
 EVENSTEP_REMAP_API int evenstep_remap_get_counts(const evenstep_remap* remap, evenstep_remap_counts* counts);
 
-/* What was wrong in the last call on this thread that was refused; "" if none was. Valid until the next one. */
+/* What was wrong in the last refused call on this thread; "" if none was refused. Valid until the next refused call. */
 EVENSTEP_REMAP_API const char* evenstep_remap_last_error(void);
 
 #ifdef __cplusplus

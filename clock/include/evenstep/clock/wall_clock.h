@@ -26,7 +26,8 @@ class WallClock final : public Clock {
   Wake wait_until(RealTime deadline) noexcept override;
   void notify() noexcept override;
   bool is_virtual() const noexcept override { return false; }
-  /// The instant of a reading of CLOCK_MONOTONIC, as the kernel puts it on what it tells; far ones are the farthest.
+  /// The instant of a CLOCK_MONOTONIC reading, such as the kernel's time stamp of an event; clamped to the range of
+  /// RealTime.
   RealTime at(std::int64_t monotonic_ns) const noexcept;
 
  private:
@@ -45,7 +46,7 @@ struct RealTimeGrant {
 };
 /// The real-time rights of the thread that makes this, until it is destroyed by the same thread: SCHED_FIFO, if that is
 /// permitted, and a timer slack of 1 ns, which always is. The destructor gives both back, so that what follows a live run
-/// does not keep other programs from running. A thread that is started meanwhile has the priority, too.
+/// does not keep other programs from running. A thread that it starts meanwhile inherits the priority.
 class RealTimeRights {
  public:
   explicit RealTimeRights(int fifo_priority);
@@ -73,7 +74,7 @@ class MemoryLock {
   std::string refusal_;
 };
 
-/// Asks the kernel, until it is destroyed, that no core sleeps so deeply that it takes more than `most_us` to wake: 0 keeps
+/// Until it is destroyed, asks the kernel to let no core sleep so deeply that waking takes more than `most_us`: 0 keeps
 /// every core from sleeping at all (Documentation/power/pm_qos_interface in the kernel's sources). The request holds as long
 /// as the device is open.
 class WakeLatency {
@@ -89,7 +90,7 @@ class WakeLatency {
   std::string refusal_;
 };
 
-/// Gives the calling thread the ordinary priority, which it may not have from the thread that started it.
+/// Gives the calling thread ordinary priority: it may have inherited a real-time one from the thread that started it.
 void leave_real_time();
 
 /// CPU time that this process has used, s, all threads together: for run-time reports, never for decisions.

@@ -3,25 +3,25 @@
 /// the report's position was taken, in the host's clock.
 ///
 /// With d the device's time of a report and r the time at which it was read, y = r - d is the offset of the two clocks plus
-/// the report's age. An age is never negative, but may be as late as it likes (a busy bus, a late tick, a wait for the next
-/// tick). So the offset is the line below all points (d, y): of all such lines the one that lies nearest to them (S. Moon,
-/// P. Skelly, D. Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999). It is the
-/// edge of their lower hull over their mean d. A delay-locked loop would take the mean age for the least, and follow a
-/// report that is late; this line does neither.
+/// the report's age. An age is never negative, but may be of any size (a busy bus, a late tick, a wait for the next tick).
+/// So the offset is the line below all points (d, y): of all such lines the one that lies nearest to them (S. Moon, P.
+/// Skelly, D. Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999). It is the edge
+/// of their lower hull over their mean d. A delay-locked loop would take the mean age for the least, and follow a report
+/// that is late; this line does neither.
 ///
-/// The line is fitted anew for each block of 0.5 s, over the lowest points of the last 128 blocks (64 s). What changes at a
-/// fit is followed over the next block, so a time never jumps. A point below the line moves the line down to it at once,
-/// because no report is from the future: that is counted.
+/// The line is fitted anew for each block of 0.5 s, over the lowest points of the last 128 blocks (64 s). A change by a fit
+/// is followed over the next block, so a time never jumps. A point below the line moves the line down to it at once, because
+/// no report is from the future; this is counted.
 ///
 /// What it cannot know: the least age itself. Reports that are all 1 ms old look like reports of age 0 by a clock that is
 /// 1 ms late. `least_age` is subtracted for it. And where a report is seen only at the ticks of a reader, whose period is
 /// about that of the device, the clocks' difference does not show until it has added up to a period: until then a time may
 /// be off by up to a period (docs/ages.md).
 ///
-/// A time is at most its read, at most 1 s before it, and after the time before it (by 1 ns, where stamps or that cap would
-/// have it otherwise; two reports of one read may have the same). What had to be moved for that is counted. The clock is
-/// followed anew after restart(), if it goes back, if a report is more than 50 ms from the future, and if no report of a
-/// block was younger than 100 ms: it was set. A rate that is wrong by more than 1 % is followed as 1 %.
+/// A time is never after its read, never more than 1 s before it, and after the previous time (by 1 ns, where stamps or that
+/// cap would have it otherwise; two reports of one read may have the same). Times that had to be moved for that are counted.
+/// The clock is followed anew after restart(), and where it must have been set: if it goes back, if a report is more than 50
+/// ms from the future, or if no report of a block was younger than 100 ms. A rate error of more than 1 % is followed as 1 %.
 ///
 /// Times are integers only, so a run is reproducible. A fit allocates, twice a second.
 
@@ -39,12 +39,12 @@ namespace evenstep {
 struct SampleAges {
   DurationHistogram ages;     ///< from when a fresh sample was taken until it was read
   std::int64_t ahead = 0;     ///< reports below the line: they moved it down
-  Duration ahead_max;         ///< the most that one of them did
-  std::int64_t capped = 0;    ///< times that were moved: older than 1 s, or not later than the one before
+  Duration ahead_max;         ///< the most that one of them moved it
+  std::int64_t capped = 0;    ///< times that were moved: older than 1 s, or not after the previous one
   std::int64_t restarts = 0;  ///< the clock was followed anew
   /// By the last fit: 1e-6 is a clock that gains 1 us a second. Empty before the first, or if no clock is followed.
   std::optional<double> clock_rate_error;
-  Duration residual;  ///< the highest of the lowest points of the blocks above that line
+  Duration residual;  ///< how far the highest of the blocks' lowest points lies above that line
 };
 
 class DeviceClock {
@@ -55,9 +55,9 @@ class DeviceClock {
   RealTime taken(std::uint32_t stamp_us, RealTime read);
   /// The device has begun to count anew.
   void restart();
-  /// A sample was passed on that was taken and read then.
+  /// A sample that was taken and read at these times was passed on.
   void passed_on(RealTime taken, RealTime read) { ages_.ages.add(read - taken); }
-  /// `ages` alone are those of samples, which are fewer than the reports.
+  /// Only `ages` counts samples, which are fewer than the reports.
   const SampleAges& ages() const { return ages_; }
 
  private:

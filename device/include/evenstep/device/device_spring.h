@@ -4,10 +4,10 @@
 ///
 ///   F(x) = F_a + alpha K (x_c - x)   is, along an axis with k = alpha K > 0, the spring k (cp - x),   cp = x_c + F_a / k.
 ///
-/// There is one spring per axis, so only the diagonal of K can be expressed. What it leaves out (the off-diagonal stiffness
-/// of tissue, the coupling of two hands) is small where the tissue is symmetric to the axes, and is left to the loop as a
-/// force, like what a device does not render. A contact that only pushes has one spring, along the axis that is nearest to
-/// its normal and only on the penetrating side of cp: below cp if the normal points up the axis.
+/// There is one spring per axis, so only the diagonal of K can be expressed. What the springs leave out (the off-diagonal
+/// stiffness of tissue, the coupling of two hands) is small where the tissue is symmetric to the axes, and is left to the
+/// loop as a force, like what a device does not render. A contact that only pushes has one spring, along the axis that is
+/// nearest to its normal and only on the penetrating side of cp: below cp if the normal points up the axis.
 
 #include <glm/vec3.hpp>
 

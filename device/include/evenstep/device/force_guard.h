@@ -9,10 +9,10 @@
 /// The authority starts at 0. From the first force on it rises to 1 within `ramp_up` while all is well. During a cut it
 /// falls to 0 within `ramp_down`, and after the cut it rises again. Reasons for a cut: the hand moves too fast, the force or
 /// the hand's position is not renewed, the device says that its motors are off. While the device is away (unplugged) nothing
-/// is sent, and it renders nothing: authority and last force are 0 at once, so that after the shortest absence, too, the
-/// force rises from 0. A force that nothing limits, at gain 1 and
-/// authority 1, passes bit for bit. A limited one keeps its direction, and rounding may make it longer than the limit by a
-/// few 1e-16 of it. A call at the same instant as the last one cannot change the force.
+/// is sent, and it renders nothing: authority and last force are 0 at once, so the force rises from 0 even after the
+/// shortest absence. A force that nothing limits, at gain 1 and authority 1, passes bit for bit. A limited force keeps its
+/// direction, and rounding may make it longer than the limit by a few 1e-16 of it. A call at the same instant as the last
+/// one cannot change the force.
 
 #include <array>
 #include <cstddef>
@@ -55,7 +55,7 @@ struct ForceGuardCounters {  // the first three count calls
   std::int64_t cuts_speed = 0;
 };
 
-/// Which limits made the force of the last call another one than `gain * wanted`.
+/// Which limits made the force of the last call differ from `gain * wanted`.
 struct GuardLimited {
   bool clamped = false;
   bool slewed = false;

@@ -17,8 +17,8 @@
 ///   });
 ///
 /// The guard (force_guard.h) clamps, slews and cuts every force before write(), as for any device; with a real device and
-/// without --forces, write() is not called at all. Whatever way a simulated run ends, stop() is called, and if the grip's
-/// motors still render a force then, the run fails.
+/// without --forces, write() is not called at all. However a simulated run ends, stop() is called, and if the grip's motors
+/// still render a force then, the run fails.
 
 #include <functional>
 #include <memory>

@@ -25,8 +25,8 @@ struct DeviceSample {
   bool fresh = false;          ///< false: no new report since the last read, so the position is unchanged
   bool at_range = false;       ///< along an axis the position is at an end of what the report can carry: it may be beyond
   bool drivable = true;        ///< false: the device says that its motors are off (safety switch, actuator power)
-  /// It was unplugged, and is looked for or has just been found: it renders nothing, and nothing that was sent. Then it is
-  /// not drivable either.
+  /// The device was unplugged, and is looked for or has just been found: it renders nothing, not even what was sent to it.
+  /// Then it is not drivable either.
   bool away = false;
 
   /// The time that the position belongs to, as far as it is known.
@@ -78,9 +78,9 @@ class HapticDevice {
     static const DeviceCounters none;
     return none;
   }
-  /// What its time stamps said; nullptr if nobody knows how old its samples are.
+  /// What the device's time stamps said; nullptr if nobody knows how old its samples are.
   virtual const SampleAges* ages() const { return nullptr; }
-  /// What devices of this kind alone count, by the metric's name.
+  /// Counts that only devices of this kind have, by the metric's name.
   virtual std::map<std::string, std::int64_t> own_counters() const { return {}; }
 };
 

@@ -27,9 +27,9 @@ struct ConstantVelocity {
 };
 /// Like ConstantVelocity, but after `straight` it turns around smoothly, goes back as long, turns again and so on, so that a
 /// run of any length stays within reach. In a turn, u = time / turn, the velocity goes as the smoothstep from v to -v,
-/// v (1 - 2 (3 u^2 - 2 u^3)), so x is C2 and goes v turn (u - 2 u^3 + u^4) on, at most 5/16 v turn at u = 1/2 and 0 at its
-/// end: every way back covers the points of the way there. straight > 0, turn > 0. The straight pieces begin at smooth_start
-/// + j (straight + turn); on them x has no more roundings than on ConstantVelocity.
+/// v (1 - 2 (3 u^2 - 2 u^3)), so x is C2. In a turn the hand goes on by v turn (u - 2 u^3 + u^4), at most 5/16 v turn at u =
+/// 1/2, and 0 at the end: every way back covers the points of the way there. straight > 0, turn > 0. The straight pieces
+/// begin at smooth_start + j (straight + turn); on them x has no more roundings than on ConstantVelocity.
 struct BackAndForth {
   ConstantVelocity start;
   Duration straight{1};

@@ -56,14 +56,14 @@ Softened softened(const ContactRecord& record, double most_N_per_m);
 /// The same for two hands that play their coupling: M = [K C; C' K'] = sum of k_i v_i v_i' over six axes, and M <- S M and
 /// (F_c, F'_c) <- S (F_c, F'_c) with S = sum of min(1, most / k_i) v_i v_i'. The record gets its own three rows. If both
 /// hands do this with the same limit, what they play together is one matrix M whose eigenvalues are all at most
-/// `most_N_per_m`; two caps of each hand's own K leave it up to twice as stiff, one hand against the other. Why that is the
-/// number that counts: two hands of mass m and damping b that move along v_i are one hand of mass m and damping b at a
-/// spring k_i, so the law of one spring limits each k_i. (Where the hands differ, the limit of the lesser one holds for
-/// both.)
+/// `most_N_per_m`; a cap on each hand's own K alone leaves M up to twice as stiff, one hand against the other. The
+/// eigenvalues are what counts because two hands of mass m and damping b that move along v_i are one hand of mass m and
+/// damping b at a spring k_i, so the law of one spring limits each k_i. (Where the hands differ, the limit of the lesser one
+/// holds for both.)
 Softened softened_together(const ContactRecord& record, double most_N_per_m);
 
-/// Which part of the stiffness answers the hand; the force itself is always played whole, but what it is left out of comes
-/// late by the latency.
+/// Which part of the stiffness answers the hand at once. The force itself is always played whole; along what is left out
+/// here it comes late by the latency.
 enum class StiffnessPart {
   all,
   /// Of a contact that only pushes, K <- (n' K n) n n'. The stiffness to the side is that of the few particles that are

@@ -54,9 +54,9 @@ double largest_stiffness_N_per_m(double alpha, const LoopDelays& loop, const Pla
 
 /// The alpha to use. It is rounded up, never down: below alpha* the loop generates energy, and alpha = 0.9 already loses
 /// three quarters of the stiffness that alpha = 1 allows; above alpha* only the overshoot limits. So it is alpha* + 0.07.
-/// But it is 1 if the plant's damping alone allows more than the overshoot does, that is if 2 b / h is above 1.6 times its
-/// envelope (measured at m = 0.2 kg and L_e = 15.6 ms: both alphas are equally good at b = 3.2 N s/m, the rule changes at
-/// 3.0), and 1 if there is no alpha*. At most 4.
+/// But it is 1 if the plant's damping alone allows more than the overshoot does, that is if 2 b / h is above 1.6 times the
+/// overshoot's envelope (measured at m = 0.2 kg and L_e = 15.6 ms: both alphas are equally good at b = 3.2 N s/m, the rule
+/// changes at 3.0), and 1 if there is no alpha*. At most 4.
 double automatic_alpha(const LoopDelays& loop, const std::optional<Plant>& plant);
 
 }  // namespace evenstep

@@ -1,5 +1,5 @@
 #pragma once
-/// What became of what was to be sent to a real device, which a thread of its own does.
+/// What became of the reports that a separate thread sends to a real device.
 
 #include <cstdint>
 

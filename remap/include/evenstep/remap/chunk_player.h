@@ -1,19 +1,19 @@
 #pragma once
-/// What a device plays of chunks: N future samples per inference, of which the next chunk arrives before they are all
-/// played. Entry i of a chunk stamped s is for the time s + i d. The rules by which people join chunks:
+/// What a device plays if samples come in chunks: each inference gives N future samples, and the next chunk arrives before
+/// all of them are played. Entry i of a chunk with the stamp s is for the time s + i d. Chunks are joined by these rules:
 ///
-///   replace   from its arrival on the newest chunk counts; what was left of the one before is dropped ("latest only" of
+///   replace   from its arrival on the newest chunk counts; what is left of the chunk before is dropped ("latest only" of
 ///             LeRobot's asynchronous inference, https://huggingface.co/docs/lerobot/async)
-///   append    a chunk counts from where the one before it ends, or from its arrival if that is later: the queue of
+///   append    a chunk counts from the end of the chunk before it, or from its arrival if that is later: the queue of
 ///             synchronous inference. Entries for times that were played already are dropped
 ///   blend     temporal ensembling: T. Z. Zhao et al., "Learning fine-grained bimanual manipulation with low-cost hardware"
 ///             (RSS 2023, section IV-B): the mean of all chunks that have an entry for t, with weights exp(-m i), i = 0 for
 ///             the oldest
 ///
-/// Between entries the value is on the line to the next one, or held. "Ends" is the time of the last entry, or d after it if
-/// entries are held. A time that no chunk covers gets the last entry of
-/// the newest one, with the status `underrun`: the queue has run dry. Outside the formulas: a chunk that comes after one
-/// with a later stamp is dropped. Only the newest `most` chunks are kept.
+/// Between entries the value is on the line to the next one, or held. The end of a chunk is the time of its last entry, or d
+/// after that if entries are held. A time that no chunk covers gets the last entry of the newest chunk, with the status
+/// `underrun`: the queue has run dry. Outside the formulas: a chunk that comes after one with the same or a later stamp is
+/// dropped. Only the newest `most` chunks are kept.
 
 #include <algorithm>
 #include <cstddef>
@@ -38,7 +38,7 @@ struct ChunkSpec {
   Duration length() const { return every * entries; }
 };
 
-/// A chunk in which entry i is first + i per_entry: what a policy that continues a line hands out.
+/// A chunk whose entry i is first + i per_entry: the output of a policy that continues a line.
 template <class Value>
 struct Chunk {
   RealTime stamp;
@@ -74,7 +74,7 @@ class ChunkPlayer {
  private:
   struct Queued {
     Chunk<Value> chunk;
-    RealTime from;  ///< from when on it counts
+    RealTime from;  ///< it counts from then on
   };
 
   RealTime end_of(const Chunk<Value>& chunk) const { return chunk.stamp + spec_.length(); }

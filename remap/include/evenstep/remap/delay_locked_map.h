@@ -7,8 +7,8 @@
 ///   slot of step i of the segment:     t0 + i (t1 - t0) / N
 ///   with w = 2 pi f T of that first segment, b = sqrt(2) w, c = w^2, and f the bandwidth (JACK 2 has 0.125 Hz)
 ///
-/// Here N is that of the segment before. If the segment then has another number of steps, t1 is the slot of the step after
-/// its last one, and e2 is scaled to the new N.
+/// Here N is the step count of the segment before. If the segment then has another number of steps, t1 is the slot of the
+/// step after its last one, and e2 is scaled to the new N.
 ///
 /// Outside the formula: w is at most 0.5, because the loop rings at more; t1 - t0 is at least 1 ns per step, so the slots
 /// are strictly monotone. An e2 beyond 1000 s per step is held there. A segment without steps becomes part of the next one.

@@ -4,8 +4,8 @@
 ///
 ///   value(t + b) = x + (x - x_w) min(b, furthest) / window
 ///
-/// furthest = 0 is called "clamp" for samples and "hold" for forces: the value is x itself, bit for bit. So it is if the
-/// buffer does not reach back to t - window (it has one entry, or its ring is too small: latency_budget.h says how much
+/// furthest = 0 is called "clamp" for samples and "hold" for forces: the value is x itself, bit for bit. The same holds if
+/// the buffer does not reach back to t - window (it has one entry, or its ring is too small: latency_budget.h says how much
 /// the window needs).
 ///
 /// The line starts a window back, not at the last entry but one. So a quantization q of the value tilts it by q / window

@@ -58,8 +58,8 @@ using FilterSpec = std::variant<MovingAverageSpec, ButterworthSpec, OneEuroSpec>
 bool in_domain(const FilterSpec& spec, Rate rate);
 
 /// The time after which less than a billionth of an input is left in the output. MovingAverage: n T. Butterworth: its poles
-/// shrink by sqrt((1 - sqrt(2) g + g^2) / (1 + sqrt(2) g + g^2)) per sample. OneEuro: that of its smallest cutoff and that
-/// of the derivative, one after the other, by 1 - a(f) per sample each.
+/// shrink by sqrt((1 - sqrt(2) g + g^2) / (1 + sqrt(2) g + g^2)) per sample. OneEuro: the time for its smallest cutoff plus
+/// that for the cutoff of the derivative; each shrinks by 1 - a(f) per sample.
 Duration settling_time(const FilterSpec& spec, Rate rate);
 
 /// The magnitude of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z.

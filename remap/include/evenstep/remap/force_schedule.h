@@ -27,7 +27,8 @@ class ForceSchedule {
   std::size_t capacity() const { return ring_.capacity(); }
   Emission emission() const { return emission_; }
 
-  /// When entry `index` (0 = first ever pushed) of the first `head` is due; empty if it is not, or no longer, in the ring.
+  /// When entry `index` (0 = first ever pushed) of the first `head` is due; empty if it is not yet, or no longer, in the
+  /// ring.
   std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const {
     typename TimedRing<Value>::Entry entry;
     return ring_.get(index, head, entry) ? std::optional(entry.time) : std::nullopt;

@@ -28,18 +28,18 @@ struct MapRequest {
   std::uint64_t seed = 1;      ///< [run] seed: all that may be drawn at random follows from it
 };
 
-/// Told what a causal map can know, in the order in which it happens. Any function may throw std::exception: the run then
-/// stops with its message and the map's name.
+/// It is told what a causal map can know, in the order in which it happens. Any function may throw std::exception: the run
+/// then stops with its message and the map's name.
 class ForeignMap {
  public:
   virtual ~ForeignMap() = default;
   /// A segment began at `begin`; the next step is n, counted from 0. n and `begin` never decrease.
   virtual void boundary(std::int64_t n, RealTime begin) = 0;
-  /// Step n begins (comes before slot(n)) or has ended, without what a gate has pushed it back by.
+  /// Step n begins (called before slot(n)) or has ended, at the time that it would have without a gate.
   virtual void began(std::int64_t /*n*/, RealTime /*at*/) {}
   virtual void ended(std::int64_t /*n*/, RealTime /*at*/) {}
   /// When step n would be due if steps were even, at most kFarthestSlot from where it begins; nullopt while the map does not
-  /// know yet. Called once for each step, in order. A slot that is not after the one before it repairs its emission time
+  /// know yet. Called once for each step, in order. If a slot is not after the one before it, the emission time is repaired
   /// (emission_repairs).
   virtual std::optional<RealTime> slot(std::int64_t n) = 0;
 };

@@ -24,9 +24,9 @@ namespace evenstep {
 /// 0 without steps.
 Duration least_latency_with_jump(std::span<const StepTimes> steps, Duration jump);
 
-/// The pause bound: what a map of even slots (its R(n) - R(n-1) = `slot`) needs if it has to have read step n-1 before it
-/// knows how long the pause before step n will be:  max over n of E_n - S_{n-1} - slot. Steps in order. Without the
-/// sampling term; at least the longest step.
+/// The pause bound: what a map of even slots (its R(n) - R(n-1) = `slot`) needs if step n-1 must read before the length of
+/// the pause before step n is known:  max over n of E_n - S_{n-1} - slot. Steps in order. Without the sampling term; at
+/// least the longest step.
 Duration pause_bound(std::span<const StepTimes> steps, Duration slot);
 
 /// pause_bound with the steps given one at a time.

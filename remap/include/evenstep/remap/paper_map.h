@@ -1,10 +1,10 @@
 #pragma once
 /// The paper's map as published: slot(n) = B_k + (n - n_k) T^ / N^, where B_k is the measured begin of segment k, n_k its
 /// first step, T^ the weighted average of the segment lengths and N^ the expected step count. The paper says that T^ is a
-/// weighted average, and not where N^ comes from: it assumes a cycle, in which N is always the same. Where N varies, the
-/// average of N in the weights of T^ (the default) makes T^ / N^ the pace; the last segment's N, which belongs to another T
-/// than T^, makes it jump. At each boundary the map jumps by exactly T_k - T^_k N_k / N^; if that is below -tau, slots run
-/// backwards (docs/numerics.md).
+/// weighted average, and not where N^ comes from: it assumes a cycle, in which N is always the same. Where N varies, T^ / N^
+/// is the pace if N^ is the average of N in the weights of T^ (the default). If N^ is the last segment's N, which belongs to
+/// another T than T^, the pace jumps. At each boundary the map jumps by exactly T_k - T^_k N_k / N^; if that is below -tau,
+/// slots run backwards (docs/numerics.md).
 /// The first complete segment with steps gives the first T^ and N^. Outside its domain: a segment without steps sets a new
 /// B_k but leaves T^ and N^ as they were; slots past N^ continue at the same pace.
 

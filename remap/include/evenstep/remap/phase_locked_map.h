@@ -5,29 +5,29 @@
 ///
 ///   at boundary (n, B), of a segment of length T with N steps, step i of which began at S_i:
 ///       w = H / (H + T);   sums of T, N and 1 <- w sum + (T, N, 1);   P = sum T / sum N;   N^ = sum N / sum 1
-///       u_i += max(1/8, 1 / sum 1) (S_i - B_prev - i T / N - u_i)      the usual distance of step i from its segment's even
-///       line z   = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up
-///       for lateness
+///       u_i += max(1/8, 1 / sum 1) (S_i - B_prev - i T / N - u_i)    usual distance of step i from its segment's even line
+///       z = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up for
+///           lateness
 ///   at the begin S of step i of a segment that began at B:
 ///       late = S - (B + i P + u_i), made smaller by z (0 if |late| <= z)
 ///       e = B + i P + late - (R + P)                         how far a step of P would leave the slot R behind
 ///       k = min(3 / N^, 0.25);   A = 0.07 P
-///       V = clamp(P + k e, 0.1 P, 3 P), where for a large e the pull is that which A can still brake: sqrt(2 A (e - A / (2
-///       k^2))) v += clamp(0.3 (V - v), -A, A);   R += v
+///       V = clamp(P + k e, 0.1 P, 3 P); for a large e, what A can still brake takes the place of k e:
+///           sqrt(2 A (e - A / (2 k^2)))
+///       v += clamp(0.3 (V - v), -A, A);   R += v
 ///
 /// P is the pace (time per step), R the slot, v the distance between slots, and H = 1 / bandwidth the horizon of the pace.
 /// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
 /// it. Because lateness shows at the first step after a pause, and not only at the next boundary, the slots have caught up
 /// before the next pause: docs/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder below
 /// 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete segment. If
-/// that took four times as long per step as the second (kernels compile), it is forgotten then.
+/// that took more than four times as long per step as the second (kernels compile), it is forgotten after the second.
 ///
 /// The velocity jump |R(n+1) - 2 R(n) + R(n-1)| is at most A, except that
 ///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it
 ///     was learned from a start that was not the pace);
 ///   - as long as P is known from one segment alone, v falls to 0.1 P at once where the steps come four times as fast and
-///   the
-///     slots lead by more than P;
+///     the slots lead by more than P;
 ///   - a lag of more than H (a hang, which cannot be hidden) is jumped over: the slot steps forward to where it ought to be.
 ///     A segment longer than H and than four times the mean counts as twice the mean, and no u_i is learned from it.
 ///

@@ -6,7 +6,7 @@
 ///   slot = begin(S)           step n begins at S: it reads the hand at R(n)     SampleBuffer::hand(slot, head)
 ///   emission = end(E)         it has ended at E: its force is due at F(n)       ForceSchedule::push(emission.at, force)
 ///
-/// One map serves all tools: the slot of a step is the same for each of them. begin() and end() take turns; any other order
+/// One map serves all tools: the slot of a step is the same for each of them. begin() and end() alternate; any other order
 /// fails an assertion. `postponed`: see SlotMap::read.
 
 #include <algorithm>
@@ -20,8 +20,8 @@ struct StepEmission {
   RealTime at;    ///< F(n)
   Duration late;  ///< E(n) - F(n) if the step ended after its force was due, else 0; 0 for a step without a slot
   Slot slot = {};
-  RealTime arrives = {};  ///< E(n), or when the force is at the device if that is later
-  bool lost = false;      ///< it never comes there
+  RealTime arrives = {};  ///< E(n), or the time at which the force is at the device if that is later
+  bool lost = false;      ///< it never comes to the device
 };
 
 class RemapSteps {
@@ -31,13 +31,13 @@ class RemapSteps {
 
   void segment(RealTime begin) { map_.boundary(number_, begin); }
   Slot begin(RealTime began, Duration postponed = {}) { return slot_ = map_.read(number_, began, postponed); }
-  /// `ended`: of a source, when the force is at the device. A lost one is never late.
+  /// `ended`: with a source, when the force is at the device. A lost force is never late.
   StepEmission end(RealTime ended, Duration postponed = {}, bool lost = false) {
     const RealTime at = map_.emission(number_++, ended, postponed);
     const bool due = slot_.kind == SlotKind::mapped && !lost;
     return {at, due ? std::max(ended - at, Duration{}) : Duration{}, slot_, ended, lost};
   }
-  /// n of the step that runs, or between two steps of the next one. Counts from 0.
+  /// n of the step that runs or, between two steps, of the next one. Counts from 0.
   std::int64_t number() const { return number_; }
 
  private:

@@ -55,7 +55,7 @@ struct RemapCounts {
   std::uint64_t steps = 0;        ///< that have begun
   std::uint64_t acquiring = 0;    ///< of them: without a slot yet. They read the newest sample and are in no count of `hand`
   std::uint64_t late_forces = 0;  ///< that came after their emission time
-  Duration latest_force;          ///< the most that one came too late by
+  Duration latest_force;          ///< how late the latest of them came
   ReadCounts hand;                ///< reads of samples by steps that had a slot
   ReadCounts force;               ///< reads of forces by ticks
 };
@@ -125,7 +125,7 @@ class Remapper {
     return reading;
   }
 
-  // Simulation thread. begin_step and end_step take turns.
+  // Simulation thread. begin_step and end_step alternate.
   void segment(RealTime begin) { steps_.segment(begin); }
   StepInput<Position> begin_step(RealTime now) {
     const Slot slot = steps_.begin(now);
@@ -149,7 +149,7 @@ class Remapper {
     return emission;
   }
 
-  /// Any thread. Each number is one that was true a moment ago; between two of them the threads may have gone on.
+  /// Any thread. Each number was true a moment ago; the threads may have gone on between the reading of two numbers.
   RemapCounts counts() const {
     return {.steps = begun_.get(),
             .acquiring = acquiring_.get(),

@@ -1,34 +1,34 @@
 #pragma once
-/// What a device plays of samples that come one by one, late, in another order or not at all. Each has a stamp, and is
-/// there from its arrival on. t is the time of a tick, x_i the samples that are there, in the order of their stamps s_i:
+/// What a device plays of samples that come one by one, late, in another order or not at all. Each sample has a stamp, and
+/// is there from its arrival on. t is the time of a tick, x_i the samples that are there, in the order of their stamps s_i:
 ///
-///   scheduled      s is when it is due: the line between the last s_i <= t and the next one; or held, x_i
-///   newest         x_i of the largest s_i, whenever that was ("zero-order hold"); one that comes after a newer one is
-///   dropped holt_winters   Holt's double exponential smoothing, continued. C. C. Holt, "Forecasting seasonals and trends by
+///   scheduled      a sample is due at its stamp: the line from x_i of the last s_i <= t to the next one; or held, x_i
+///   newest         x_i of the largest s_i, however old ("zero-order hold"); one that comes after a newer one is dropped
+///   holt_winters   Holt's double exponential smoothing, continued. C. C. Holt, "Forecasting seasonals and trends by
 ///                  exponentially weighted moving averages" (1957; International Journal of Forecasting 20, 2004); as a
 ///                  predictor of motion J. J. LaViola, "Double exponential smoothing" (Eurographics VE 2003). For the next
 ///                  sample x at s, d after the one before:
 ///                    p = l + b d;   l' = a x + (1 - a) p;   b' = g (l' - l) / d + (1 - g) b;   value l + b (t - s)
 ///                  from l = x_0, b = 0; on x = v s + c the slope b converges to v geometrically if 0 < a < 1, 0 < g <= 1.
-///                  It stops `furthest` after s.
+///                  The line stops `furthest` after s.
 ///   polyphase      a windowed sinc (J. O. Smith, "Digital audio resampling", CCRMA 2002; the resampler of F. Adriaensen,
 ///                  "Controlling adaptive resampling", LAC 2012, whose rate a delay-locked loop controls):
 ///                    sum_i w((t - s_i) / T) x_i / sum_i w((t - s_i) / T),  w(u) = sinc(u) kaiser(u / taps), |u| < taps
-///                  with `taps` on each side. The division keeps a constant a constant. The x_i are those that are there
-///                  and those that are missing between them, put on the line between their neighbours a and b:
+///                  with `taps` on each side. The division keeps a constant a constant. The x_i are the samples that are
+///                  there, and those missing between them, which are put on the line between their neighbours a and b:
 ///                    missing(a, b) = max(round((s_b - s_a) / T), n_b - n_a, 1) - 1, evenly spaced,
 ///                  with the samples' numbers n where the source has them. A number counts only up to two per period, so
 ///                  that a source that begins anew from another number does no harm. Without this a lost sample is a jolt:
 ///                  next to it the other weights nearly cancel.
 ///                  Ahead of the newest sample, where no neighbour has come yet, the line through the last two is continued,
 ///                  T apart (two that are closer than T count as T apart, so that a burst is no steep line). Behind the
-///                  oldest nothing is added. A sample that comes after all replaces the one on the line.
+///                  oldest nothing is added. A sample that comes after all replaces its stand-in on the line.
 ///
 /// Late: scheduled and polyphase need samples after t; without them the newest is held, and the status is `underrun`.
-/// polyphase is an underrun already if fewer than taps - 1 periods after t are there, because it then plays what it has
-/// continued itself; and where its weights sum up to 1/4 or less, which only bursts of samples do: it plays the line between
-/// the two around t. holt_winters past `furthest` is one, too. Samples that no longer fit (more than `capacity`) are
-/// forgotten, oldest first.
+/// polyphase underruns as soon as fewer than taps - 1 periods after t are there, because it then plays what it has continued
+/// itself. It also underruns where its weights sum up to 1/4 or less, which happens only in bursts of samples: it then plays
+/// the line between the two samples around t. holt_winters underruns past `furthest`. Samples that no longer fit (more than
+/// `capacity`) are forgotten, oldest first.
 
 #include <algorithm>
 #include <cstddef>
@@ -138,7 +138,7 @@ class Resampler {
     return {level_ + trend_ * seconds(std::min(ahead, spec_.furthest)), status, newest};
   }
 
-  /// 1 and how many are missing between two neighbours: see above.
+  /// 1 plus the number of samples missing between two neighbours: see above.
   std::int64_t parts(const Sample& a, const Sample& b) const {
     const std::int64_t gap = (b.stamp - a.stamp).ns, period = spec_.period.ns;
     std::int64_t parts = std::max<std::int64_t>((gap + period / 2) / period, 1);
@@ -152,7 +152,7 @@ class Resampler {
     sum.value = sum.value + value * w;
     sum.weights += w;
   }
-  /// Those that are missing between a and b, as far as the window around `at` reaches.
+  /// The samples missing between a and b, as far as the window around `at` reaches.
   void weigh_missing(Sum& sum, RealTime at, const Sample& a, const Sample& b) const {
     const std::int64_t parts = this->parts(a, b), gap = (b.stamp - a.stamp).ns;
     if (parts == 1) return;
@@ -164,7 +164,7 @@ class Resampler {
       weigh(sum, at, stamp, lerp(a.value, b.value, static_cast<double>(j) / static_cast<double>(parts)));
     }
   }
-  /// Those that have not come yet, on the line through the last two.
+  /// The samples that have not come yet, on the line through the last two.
   void weigh_ahead(Sum& sum, RealTime at) const {
     const Sample& last = kept_.back();
     Value per_period = last.value - last.value;
@@ -196,7 +196,7 @@ class Resampler {
     return {sum.value * (1 / sum.weights), short_of ? ReadStatus::underrun : ReadStatus::inside, newest};
   }
 
-  /// The line between the two around `at`, which must lie between the first and the last.
+  /// The line between the two samples around `at`, which must lie between the first and the last.
   Value between(RealTime at) const {
     const auto later = after(at);
     const Sample& earlier = *(later - 1);

@@ -29,7 +29,7 @@ constexpr double ratio(Duration part, Duration whole) {
 }
 
 enum class ReadStatus : std::uint8_t {
-  inside,    ///< between two entries, or exactly on one; of a sample buffer also before the first ever
+  inside,    ///< between two entries, or exactly on one; in a sample buffer also before the first ever pushed
   underrun,  ///< newer than the newest entry: value by the buffer's policy (extrapolation.h)
   overrun,   ///< older than the ring holds: the value is the oldest one (Value{} if even the newest entry of that head
              ///< has left the ring) and is wrong for the time asked for

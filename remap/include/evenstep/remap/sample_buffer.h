@@ -1,7 +1,7 @@
 #pragma once
 /// The interaction buffer (paper, Figure 3 a): samples of the hand in real time, read by linear interpolation at the time of
-/// a slot. The result says whether the buffer really contained that time; for a read past the newest sample the underrun
-/// policy that it was built with gives the value.
+/// a slot. The result says whether the buffer really contained that time; for a read past the newest sample the buffer's
+/// underrun policy gives the value.
 
 #include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"
@@ -22,8 +22,7 @@ class SampleBuffer {
   std::size_t capacity() const { return ring_.capacity(); }
 
   /// The value at `at`, seeing the first `head` entries only. Past the newest of them: `underrun`, value by the policy.
-  /// Before the first that was ever pushed: that one, because the hand is taken to have been there before it was first
-  /// looked at.
+  /// Before the first entry ever pushed: the value of that entry, because the hand is taken to have been there already.
   Reading<Value> at(RealTime at, std::uint64_t head) const;
   Reading<Value> at(RealTime time) const { return at(time, head()); }
   /// The newest of the first `head` entries ("direct").

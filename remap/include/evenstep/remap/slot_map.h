@@ -58,7 +58,7 @@ class SlotMap {
   const AdaptiveLatency& latency() const { return latency_; }
 
  protected:
-  /// Step n begins or has ended, as it would have without a gate. Comes before slot(n), or after it.
+  /// Step n begins (called before slot(n)) or has ended (called after it), at the time that it would have without a gate.
   virtual void began(std::int64_t, RealTime) {}
   virtual void ended(std::int64_t, RealTime) {}
   /// slot(n), floored to ns; nullopt while acquiring.

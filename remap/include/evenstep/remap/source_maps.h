@@ -22,8 +22,9 @@ class StampMap final : public SlotMap {
 };
 
 /// "Absolute grid": the first result sets the origin, and result n counts as n nominal periods later, whatever happens:
-/// slot(n) = S(0) + floor(n / rate). It is as even as can be, and knows nothing of the pace. A source whose clock is faster
-/// by p needs p more latency per second: slower results are late once the buffer L is used up, after L / p.
+/// slot(n) = S(0) + floor(n / rate). It is as even as can be, and knows nothing of the pace. If the source's clock is faster
+/// by p, the latency needed grows by p per second; if it is slower by p, results are late once the buffer L is used up,
+/// after L / p.
 class AbsoluteGridMap final : public SlotMap {
  public:
   AbsoluteGridMap(Rate step_rate, Duration lead, const AdaptiveLatency& latency)

@@ -12,7 +12,7 @@
 
 namespace evenstep {
 
-/// Of the steps that begin at `from` or later; steps in order, a few at a time. 0 for fewer than three.
+/// The jump of the steps that begin at `from` or later; steps in order, a few at a time. 0 for fewer than three.
 class VelocityJump {
  public:
   explicit VelocityJump(RealTime from) : from_(from) {}

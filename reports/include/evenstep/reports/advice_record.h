@@ -13,7 +13,8 @@
 
 namespace evenstep {
 
-/// One choice. The numbers are those of the run of its scenario, except `bound` (of the sizing) and the stiffness (a law).
+/// One choice. The numbers come from the run of its scenario, except `bound` (from the sizing) and the stiffness (from a
+/// law).
 struct AdviceChoice {
   int number = 0;  ///< from 1 on
   std::string map;
@@ -22,35 +23,36 @@ struct AdviceChoice {
   double accepted_rate = 0;  ///< share of segments whose forces may be late; 0: none
   bool adaptive = false;     ///< the latency follows what the steps need
   std::string renderer;      ///< "hold", "linear", "local" or "device_spring"
-  bool needs_stiffness = false, needs_springs = false;  ///< of the solver its stiffness; of the device springs
+  bool needs_stiffness = false, needs_springs = false;  ///< the solver's stiffness; springs by the device
   std::string scenario;                                 ///< the text that reproduces it
-  std::string stops_scenario;  ///< of a map that predicts the one that reproduces `stop_error_m`; otherwise empty
+  std::string stops_scenario;  ///< for a map that predicts: the text that reproduces `stop_error_m`; else empty
 
   /// Why there are no numbers (the run failed); empty if there are.
   std::string failure;
-  /// L and c of the map; 0 for `direct`, which has none. L of an adaptive one is the mean, that of `predict` 0.
+  /// L and c of the map; 0 for `direct`, which has none. L of an adaptive latency is its mean, L of `predict` is 0.
   Duration latency, lead;
-  std::optional<Duration> latency_most;  ///< of an adaptive one the most that it may become
-  std::optional<Duration> bound;         ///< of any path that jumps as little, none late; empty where there is none
-  double delay_s = 0;          ///< hand to force with hold and device; of `direct` and of an adaptive latency the mean
+  std::optional<Duration> latency_most;  ///< for an adaptive one: the most that it may become
+  std::optional<Duration> bound;         ///< least L of any path that jumps as little, no force late; empty: none
+  double delay_s = 0;          ///< hand to force, with hold and device; for `direct` and an adaptive latency the mean
   double jump_step = 0;        ///< velocity jump of what the solver reads, in the hand's way per slot
   double force_jump_step = 0;  ///< of the force at the ticks, in the change of force per slot
   double underrun_rate = 0;    ///< share of the judged segments with an underrun
-  /// Share of all segments that are late at the worst phase of the device, of which the run has one (the sizing); of a map
-  /// whose least latency is taken 0.
+  /// Share of all segments that are late at the worst phase of the device (from the sizing: the run has one phase only); 0
+  /// for a map that is given its least latency.
   double late_any_phase = 0;
-  /// Of a map that predicts: how far what the solver is given is off where the hand stops, at worst; and as a time of the
-  /// hand's way, 0 if it is no more than a sample is old. More is made up: it runs on. 0 of all others.
+  /// For a map that predicts: the largest error of the positions given to the solver where the hand stops, and the time that
+  /// the hand takes for that distance, 0 if it is no more than a sample is old. A longer time is made up: the map runs on. 0
+  /// for all other maps.
   double stop_error_m = 0, runs_on_s = 0;
-  /// That the loop carries, by its law: of an adaptive latency for the most it may become.
+  /// The stiffness that the loop carries, by its law; for an adaptive latency at the most that it may become.
   double stiffness_N_per_m = 0;
-  bool searched = false;     ///< there is no law: the largest with which the hand of a search came to rest
+  bool searched = false;     ///< there is no law: the largest with which a hand came to rest in a search
   double tried_N_per_m = 0;  ///< [scene] stiffness of the run
-  /// The hand of the run, with that stiffness; empty: the run is too short to tell.
+  /// Whether the hand of the run comes to rest with that stiffness; empty: the run is too short to tell.
   std::optional<bool> comes_to_rest;
   double drawings_lost = 0, simulated_lost = 0;  ///< shares, against the timing as it was recorded
 
-  bool ranked = false;            ///< it has all prices, and its hand comes to rest as far as can be told
+  bool ranked = false;            ///< all its prices are known, and its hand comes to rest as far as can be told
   bool on_front = false;          ///< no other ranked choice that needs no more beats it
   std::vector<int> dominated_by;  ///< numbers of choices on the front
   std::vector<int> ties;          ///< numbers of the choices whose prices are the same
@@ -68,18 +70,19 @@ struct AdviceRecord {
   std::vector<AdviceChoice> choices;
 };
 
-/// Prices in the order in which they are compared, less is better, to three digits: what is less apart is no reason to
-/// choose. Jumps below 0.001 steps are none. docs/advise.md lists them.
+/// Prices in the order in which they are compared; less is better. They are rounded to three digits, because a smaller
+/// difference is no reason to choose. Jumps below 0.001 steps count as 0. docs/advise.md lists them.
 std::vector<double> prices_of(const AdviceChoice& choice);
 /// Sets ranked, on_front, dominated_by and ties of all choices.
 void rank(AdviceRecord& record);
 
-/// The choice to use if the solver says how stiff it is, or if it gives forces only; null if there is none. Of those on the
-/// front that draw and simulate as recorded, with no force late, and jump by at most 0.15 steps: the one with the least
-/// delay; of the one that jumps least, if none is as smooth.
+/// The choice to use if the solver says how stiff it is, or if it gives forces only; null if there is none. Only choices on
+/// the front count that draw and simulate as recorded, with no force late, and without governor, springs, adaptive latency
+/// or running on. Of those that jump by at most 0.15 steps it is the one with the least delay; if none is as smooth, it is
+/// the one that jumps least.
 const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_stiffness);
 
-/// Text for people: the table, and what to choose when. Its words, not its table, keep to so many columns of a terminal.
+/// Text for people: the table, and what to choose when. The sentences, but not the table, are wrapped at `columns`.
 inline constexpr std::size_t kAdviceColumns = 120;
 std::string advice_text(const AdviceRecord& record, std::size_t columns = kAdviceColumns);
 /// One JSON object; docs/advise.md lists its keys. Times are in whole ns where they are exact.
@@ -90,7 +93,7 @@ std::string advice_svg(const AdviceRecord& record);
 std::vector<std::string> advice_conclusion(const AdviceRecord& record);
 /// "phase_locked 2 Hz, split 2, 1 % late, local"
 std::string name_of(const AdviceChoice& choice);
-/// The share of segments that may be late: the larger one of the run's and that of the worst phase.
+/// The share of segments that may be late: that of the run or that at the worst phase, whichever is larger.
 double late_share(const AdviceChoice& choice);
 
 }  // namespace evenstep

@@ -6,8 +6,9 @@
 ///
 ///   - Ticks of the grid up to the last that ran = ran + skipped. On the virtual clock all of the run's ticks ran.
 ///   - Ticks that ran = their forces on time + underrun + overrun + before the first force.
-///   - Samples in the ring = ticks that ran; of a driver that counts, ticks that ran <= reports + stale.
-///   - Steps ended <= begun <= ended + 1, and begun <= due. Events 'tick', 'launch' and 'step' are as many.
+///   - Samples in the ring, or repeated = ticks that ran; for a driver that counts, ticks that ran <= reports + stale.
+///   - Steps ended <= begun <= ended + 1, and begun <= due.
+///   - Events 'tick' = ticks that ran; events 'step' = steps ended; steps begun <= events 'launch' <= begun + 1.
 ///   - Late reads, waits and late forces of all steps = rows of underruns.csv.
 ///   - Forces in the ring = steps that ended = sent + overtaken + dropped + pending.
 ///
@@ -21,8 +22,8 @@
 namespace evenstep {
 
 /// The laws that the run breaks, each as a line "left, phase_locked: 700 ticks ran, 699 samples are in the ring"; empty if
-/// all add up. Records without a flow, which no lane has made, are not looked at. A run that breaks one is a defect of
-/// evenstep (or of a driver of the program's own).
+/// all add up. Records without a flow, which no lane made, are not checked. A run that breaks one is a defect of evenstep
+/// (or of a driver of the program's own).
 std::vector<std::string> imbalances(const RunRecord& run);
 
 }  // namespace evenstep

@@ -24,7 +24,7 @@ struct ComparedRun {
   enum class In : std::uint8_t { both, only_a, only_b } in = In::both;
   std::vector<std::string> notes;  ///< why the two are not the same thing measured twice: another seed, another solver, ...
   std::size_t figures = 0, equal = 0;  ///< how many figures were compared, and how many are the same to the last bit
-  std::string trace_hash;              ///< of both, if it is the same and nothing else differs either; otherwise empty
+  std::string trace_hash;              ///< of both runs, if it is the same and nothing else differs; otherwise empty
 };
 
 /// A figure (a metric, the margin or the verdict of an expectation) that differs or cannot be compared.
@@ -49,7 +49,7 @@ struct ComparedFigure {
 /// A condition of --fail-if.
 struct ComparedCondition {
   std::string text;
-  std::size_t judged = 0;  ///< figures that it was asked about; none: it says nothing, so it does not hold
+  std::size_t judged = 0;  ///< figures that it was checked on; 0: it says nothing, so it does not hold
   std::size_t broken = 0;
   bool holds() const { return judged > 0 && broken == 0; }
 };
@@ -62,19 +62,20 @@ struct ComparisonRecord {
   bool holds() const;  ///< every condition does
 };
 
-/// For a terminal: conditions, notes, and a table of at most `most_rows` figures. `colour`: ANSI. `minor`: these too.
+/// For a terminal: conditions, notes, and a table of at most `most_rows` figures. `colour`: ANSI. `minor`: minor figures,
+/// too.
 std::string comparison_text(const ComparisonRecord& record, bool colour, std::size_t most_rows, bool minor);
 /// For a pull request, at most 60,000 bytes (a comment on GitHub may have 65,536).
 std::string comparison_markdown(const ComparisonRecord& record);
 /// For other programs, everything.
 std::string comparison_json(const ComparisonRecord& record);
 
-// Parts of these, which the page has, too (evenstep/pages/comparison_page.h).
+// Parts of these texts, which the page uses, too (evenstep/pages/comparison_page.h).
 
 /// "12.8422 ms", "3", or what stands there instead of a number.
 std::string value_a(const ComparedFigure& figure);
 std::string value_b(const ComparedFigure& figure);
-/// "+1.3 ms, +10.2 %"; of words, or from 0, without a percentage.
+/// "+1.3 ms, +10.2 %"; without a percentage for words and for a change from 0.
 std::string change_text(const ComparedFigure& figure);
 /// "worse", "better", "changed", "cannot be compared".
 const char* name_of(ComparedFigure::Change change);
@@ -82,7 +83,7 @@ const char* name_of(ComparedFigure::Change change);
 std::string figure_name(const ComparedFigure& figure);
 /// "runs/a: 12 runs, 2026-11-23T11:05:13Z, commit 0123456789ab, evenstep 0.2.0"
 std::string side_text(const ComparedSide& side);
-/// "2 of 8 conditions do not hold" or "all conditions hold"; what was equal, in one sentence.
+/// "2 of 8 conditions do not hold" or "all conditions hold", and what was equal, in one sentence.
 std::string headline(const ComparisonRecord& record);
 /// "latency > +5 %: broken by 2 of 12 figures"
 std::string condition_text(const ComparedCondition& condition);

@@ -6,11 +6,10 @@
 /// At the judged tick k of a device, at the time t, and with the mean age a of what the force of a tick answers,
 ///   e(k) = felt(k) - f*(t - a)
 /// is split along a chain of runs; each is compared with f* at its own mean age, so that latency alone is no error:
-///   A  f*, the reference
-///   B  the same method and step, on even steps that read the motion itself     discretisation d(k) = B(t - a) - f*(t - a)
-///   C  the strategy in the timing of the scenario, with an ideal device        remap          r(k) = C(k) - f*(t - a) -
-///   d(k) D  the strategy with the scenario's device: felt(k) is what its motors do  device         v(k) = e(k) - d(k) -
-///   r(k)
+///  A  f*, the reference
+///  B  the same method and step, on even steps that read the motion itself     discretisation d(k) = B(t - a) - f*(t - a)
+///  C  the strategy in the timing of the scenario, with an ideal device        remap          r(k) = C(k) - f*(t - a) - d(k)
+///  D  the strategy with the scenario's device: felt(k) is what its motors do  device         v(k) = e(k) - d(k) - r(k)
 /// So e = d + r + v at every tick. Squares of rms values do not add up exactly, because the parts are correlated. a is that
 /// of C in d and r, and that of D in e.
 
@@ -48,7 +47,7 @@ struct FeltPoint {
 
 struct FeltReferenceInfo {
   std::string method;          ///< "rk4"; "none": the scene has no motion to integrate
-  int method_order = 0;        ///< on which the extrapolation relies; 0: none was needed, or of a foreign solver known
+  int method_order = 0;        ///< on which the extrapolation relies; 0: none needed, or none known (foreign solver)
   double coarsest_step_s = 0;  ///< of three runs, each with half the step of the one before; tools move at its multiples
   double scale_N = 0;          ///< rms of the force over judged ticks of all devices
   double estimate_N = NAN;     ///< its own error, at most

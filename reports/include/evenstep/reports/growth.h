@@ -14,13 +14,13 @@ struct GrowthInterval {
   double low = 0, high = 0;
 };
 
-/// "bounded" (p = 0), "square root" (1/2) or "linear" (1), if the interval contains this one alone, nothing of the other two
-/// and nothing from 2 on. Otherwise "undetermined".
+/// "bounded" (p = 0), "square root" (1/2) or "linear" (1), if the interval contains this exponent alone, neither of the
+/// other two and nothing from 2 on. Otherwise "undetermined".
 const char* growth_name(const GrowthInterval& interval);
 /// The name and the interval: "linear (0.9 to 1.1)".
 std::string growth_text(const GrowthInterval& interval);
 
-/// The fit for bins in the middle of which it was `t_s` (s, increasing, above 0).
+/// The fit for bins whose middles lie at `t_s` (s, increasing, above 0).
 class GrowthFit {
  public:
   explicit GrowthFit(std::vector<double> t_s);

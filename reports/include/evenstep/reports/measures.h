@@ -1,6 +1,6 @@
 #pragma once
 /// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
-/// Every metric that has a value is computed, whether an expectation asks for it or not; but the growths of errors, which
+/// Every metric that has a value is computed, whether an expectation asks for it or not. Only the growths of errors, which
 /// are fits and take longer than all others together, are added where they are wanted.
 
 #include <array>
@@ -27,9 +27,9 @@ void add_growths(const RunRecord& run, Metrics& metrics);
 /// Whether it is one of these metrics.
 bool is_growth(std::string_view metric);
 
-/// All metrics that a signal of this form can have, whether or not this run has values for them. So an expectation on one
-/// that has judged no sample can be told from a misspelt one; it is an error, never a pass. Empty if the form of the signal
-/// is unknown.
+/// All metrics that a signal of this form can have, whether or not this run has values for them. So a metric that has judged
+/// no sample can be told from a misspelt one; an expectation on it is an error, never a pass. Empty if the form of the
+/// signal is unknown.
 std::optional<std::vector<std::string>> metrics_of_signal(const std::string& signal);
 
 /// The unit `step`: the size of the ideal change of the signal per slot, v * slot or k * v * slot, in the signal's own unit
@@ -39,10 +39,11 @@ std::optional<double> step_unit(const Nominal& nominal, const std::string& signa
 std::string base_unit(const std::string& signal, const std::string& metric);
 /// Whether a metric is about the shape of the signal, so that it says nothing about a saturated one (saturation.h).
 bool judges_shape(const std::string& signal, const std::string& metric);
-/// Which way a metric gets better, whatever the scenario. `neither`: nobody can say without it (a gain, a count of steps).
+/// Which way a metric gets better, whatever the scenario. `neither`: that depends on the scenario (a gain, a count of
+/// steps).
 enum class Better : std::uint8_t { neither, less, more };
 Better better_of(const std::string& signal, const std::string& metric);
-/// Whether a metric says how long something took on this machine, so that it is another number in every run.
+/// Whether a metric says how long something took on this machine, so that it differs from run to run.
 bool is_timed(const std::string& signal, const std::string& metric);
 
 // The measures themselves, on plain series.
@@ -54,7 +55,7 @@ struct Deviation {
   double rms = 0;
 };
 /// Residual of the least-squares line through the vector in each of the non-overlapping windows of `window_s`. A last window
-/// shorter than half is joined with the one before. `t` in s, increasing.
+/// shorter than half of that is joined with the one before. `t` in s, increasing.
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s);
 /// The largest change between two neighbouring samples.
 double jump_max(std::span<const Vec3> x);
@@ -67,7 +68,7 @@ double band_rms(std::span<const double> t, std::span<const Vec3> x, double windo
 /// the force felt on the way (sent `delay_s` earlier; before the first one it is unknown and counts as none) and dx the way
 /// between two ticks. If it is negative, more came out than went in. `t` in s, increasing. With `springs` (one per tick, or
 /// none; only without a delay) the springs' part of the force follows the hand until the next tick, as if they were rendered
-/// at every instant. The result is kept with the rows of `beside`.
+/// at every instant. The result is kept in the files of `beside` (rows.h).
 Rows<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N, double delay_s,
                          std::span<const SpringRow> springs = {}, const RowAllocator<double>& beside = {});
 /// The springs' force on a hand at `x_m`, N.
@@ -101,9 +102,9 @@ struct BinLayout {
   Duration width;
   std::int64_t count = 0;
 };
-/// They follow the length of the judged time: 60 to 119 bins of whole segments, or of whole ways there and back if a device
-/// goes back and forth at least twenty times; fewer if there are fewer of them, and twenty parts of the time if there are
-/// not even twenty segments. None is so short that four steps (or ticks) do not fit.
+/// Bins follow the length of the judged time: 60 to 119 bins of whole segments, or of whole ways there and back if a device
+/// goes back and forth at least twenty times. There are fewer bins if there are fewer segments (or ways), and twenty parts
+/// of the time if there are not even twenty segments. In every bin at least four steps (or ticks) fit.
 BinLayout bin_layout(const RunRecord& run);
 
 /// Error over the time of the run: one row per bin and signal.
@@ -113,7 +114,7 @@ struct BinRow {
   std::optional<double> error_rms = {};  ///< interaction: from the true position; force: from the undelayed one
   std::optional<double> deviation_from_ideal_rms = {};  ///< force only
   std::int64_t underruns_so_far = 0;
-  double largest = 0;  ///< of the signal itself: what rounding errors go with
+  double largest = 0;  ///< of the signal itself: rounding errors go with it
 };
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run);
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinLayout& layout);

@@ -1,6 +1,6 @@
 #pragma once
 /// Where in a run a metric gets its value: the steps or ticks that it counts, or among which it finds the largest or the
-/// least. Metrics that all samples make together (a mean, an RMS, a fit) have no such place.
+/// least. Metrics to which all samples contribute (a mean, an RMS, a fit) have no such place.
 
 #include <cstdint>
 #include <optional>
@@ -26,18 +26,18 @@ struct MetricSamples {
   const char* of = "step";                    ///< or "tick"
   const char* word = "";                      ///< for a count: what these samples are, "late"
   Rows<MetricSample> samples;                 ///< in order; for a count only those that count
-  LeadAndLatency now = {};                    ///< for underruns: those of the run, and
-  std::optional<LeadAndLatency> enough = {};  ///< those with which the count would be 0, if that is known
+  LeadAndLatency now = {};                    ///< for underruns: those of the run
+  std::optional<LeadAndLatency> enough = {};  ///< for underruns: those with which the count would be 0, if known
 };
-/// Late forces, the latest by `most`: L must be as much longer. F(n) = R(n) + L, and R(n) does not depend on L, so this is
+/// Late forces, the latest by `most`: L must be longer by that. F(n) = R(n) + L, and R(n) does not depend on L, so this is
 /// exact as long as the same steps run at the same times.
 void late_by(MetricSamples& late, Duration most);
-/// Missing samples, too old by `most` at the most: c must be as much longer, and L with it, so that F(n) stays where it is.
+/// Missing samples, the worst by `most`: c must be longer by that, and L with it, so that F(n) stays where it is.
 void missing_by(MetricSamples& missing, Duration most);
 /// Missing samples and late forces together, by step.
 MetricSamples joined(MetricSamples missing, const MetricSamples& late);
 
-/// Empty if the metric has no place, or the run no such signal.
+/// Empty if the metric has no place, or if the run has no such signal.
 std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string& signal, const std::string& metric);
 
 /// Fills in `first`, `worst` and `where` of a result that has failed. `base_per_unit` is the size of the result's unit in

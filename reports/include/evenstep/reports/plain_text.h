@@ -1,5 +1,5 @@
 #pragma once
-/// Text of others (names, messages, paths) on a line of its own: it stays what it is wherever it is printed.
+/// Text from elsewhere (names, messages, paths) made safe to print on one line, wherever that is.
 
 #include <string>
 #include <string_view>
@@ -7,8 +7,8 @@
 namespace evenstep {
 
 /// At most 200 characters on one line. Line breaks and tabs become spaces; control characters, marks that change the
-/// direction of writing and others that nobody sees are written as ⟨U+202E⟩; what is not UTF-8 becomes U+FFFD; "…" stands
-/// for what was cut off.
+/// direction of writing and other invisible ones are written as ⟨U+202E⟩; what is not UTF-8 becomes U+FFFD; "…" stands for
+/// what was cut off.
 std::string plain_text(std::string_view text);
 /// The same, at most `most` characters, for GitHub's Markdown, also in the cell of a table: nothing in it is Markdown or
 /// HTML, mentions a user or an issue, or is a link.

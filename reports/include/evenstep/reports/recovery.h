@@ -1,7 +1,8 @@
 #pragma once
-/// Recovery: how long after its last programmed fault a run is again what it was before the first one. In TigerBeetle's
-/// simulator faults stop at some time, and the system must then make progress (its "liveness mode"); here it must be as good
-/// as it was. From the instant of recovery on, until the end of the run, all three hold for a device and a strategy:
+/// Recovery: how long after its last programmed fault a run is as good again as it was before the first one. In
+/// TigerBeetle's simulator faults stop at some time, and the system must then make progress (its "liveness mode"); here it
+/// must be as good as it was. From the instant of recovery until the end of the run all of these hold for a device and a
+/// strategy:
 ///
 ///   underruns  no step misses its sample (or acquires), and no force is late
 ///   latency    the age of the force that a tick sends, t - R(n), is at most `recovery_latency` above the greatest before
@@ -11,8 +12,8 @@
 ///              micronewton, where nothing moved); and no limit of guard or device meets a force that met none before
 ///
 /// "Before the first fault" is the judged time until then, which must be a window long: eight segments, and at least 250 ms.
-/// Nothing of that is known of a run that ends less than a window after its last fault; nor is it known that a run never
-/// recovers, unless two windows have passed. Times of jumps are those of the last of their three samples.
+/// Recovery is unknown if a run ends less than a window after its last fault; that a run never recovers is known only after
+/// two windows. The time of a jump is that of the last of its three samples.
 
 #include <array>
 #include <optional>
@@ -30,7 +31,8 @@ struct Recovery {
     recovered,
     never  ///< something does not hold at the end of the run, or a fault lasts until then
   } state = State::no_fault;
-  /// For `recovered` and `never`: how long each takes, in the order above; infinite: it does not hold at the end.
+  /// For `recovered` and `never`: how long each of the three takes, in the order above; infinite: it does not hold at the
+  /// end.
   std::array<double, 3> part_s{};
   double time_s() const;
   RealTime faults_end;  ///< for `recovered`, and for `never` unless a fault lasts until the end
@@ -42,7 +44,7 @@ inline constexpr std::array kRecoveryParts{"underruns", "latency", "jump"};
 /// When a fault is over on a schedule of segments. Empty: not before its end.
 std::optional<RealTime> fault_end(const ProgrammedFault& fault, const Rows<SegmentRow>& segments);
 
-/// Of the device with this index.
+/// The recovery of the device with this index.
 Recovery recovery_of(const RunRecord& run, const StrategyRecord& strategy, std::size_t device);
 
 /// What a window is in this run.

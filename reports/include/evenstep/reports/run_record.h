@@ -31,9 +31,9 @@ struct StepRow {
   RealTime emission;    ///< F(n)
   bool mapped = false;  ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  bool lost = false;   ///< of a source: its force never came to the device
-  Duration transport;  ///< of a source: how long after E_n its force was at the device
-  SimTime simulated;   ///< simulation time of the step; counts where StrategyRecord::variable_step
+  bool lost = false;   ///< with a source: its force never came to the device
+  Duration transport;  ///< with a source: how long after E_n its force was at the device
+  SimTime simulated;   ///< simulation time of the step; used only if StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).
@@ -44,7 +44,7 @@ struct StepSample {
   std::optional<Vec3> true_position_m;  ///< the programmed motion at R(n), if the motion is known
 };
 
-/// What made a sample another one than the hand and the scene made: reports/saturation.h.
+/// What made a sample differ from what the hand and the scene made: reports/saturation.h.
 enum class SaturationCause : std::uint8_t { clamp, slew, cut, non_finite, device_force, device_position };
 inline constexpr std::array kAllSaturationCauses{SaturationCause::clamp,        SaturationCause::slew,
                                                  SaturationCause::cut,          SaturationCause::non_finite,
@@ -100,8 +100,8 @@ struct DeviceFlow {
   std::int64_t ticks_overrun = 0;     ///< the force of this tick had left the ring
   std::int64_t ticks_on_time = 0;     ///< all others
   std::int64_t samples = 0;           ///< put in the ring of samples
-  std::int64_t samples_repeated = 0;  ///< not put there: the position was not new, and of a time that is in the ring already
-  std::int64_t forces = 0;            ///< put in the ring of forces; each of them is one of the next four
+  std::int64_t samples_repeated = 0;  ///< not put there: not a new position, and of a time that is in the ring already
+  std::int64_t forces = 0;            ///< put in the ring of forces; each is in one of the next four counts
   std::int64_t forces_sent = 0;       ///< at some tick the newest that was due
   std::int64_t forces_overtaken = 0;  ///< at the first tick at which it was due, a newer one was due as well
   std::int64_t forces_dropped = 0;    ///< left the ring before a tick at which it was due
@@ -127,7 +127,7 @@ struct LatencyRecord {
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
   std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
-  std::int64_t least_entries = 0;  ///< of a chunk, so that none runs dry; 0: it plays no chunks
+  std::int64_t least_entries = 0;  ///< per chunk, so that none runs dry; 0: it plays no chunks
   bool adapts = false;
 };
 
@@ -135,7 +135,7 @@ struct SegmentRow {
   std::int64_t index = 0;
   RealTime begin, end;
   std::optional<std::array<RealTime, 2>> visualization;
-  bool finishes = true;   ///< the drawing is complete when the visualization ends: false of a part before the last
+  bool finishes = true;   ///< the drawing is complete when the visualization ends: false for a part before the last
   bool left_out = false;  ///< a drawing should have begun here, and a frame governor made none
 
   friend bool operator==(const SegmentRow&, const SegmentRow&) = default;
@@ -180,11 +180,11 @@ struct SolverRecord {
   double step_over_limit_max = 0;     ///< largest (step / substeps) / step limit
 };
 
-/// How a strategy's line is drawn in every figure that shows several.
+/// How a strategy's line is drawn in every figure that shows several strategies.
 struct LineLook {
-  std::string colour;  ///< "#d55e00"; empty: one that no other has
+  std::string colour;  ///< "#d55e00"; empty: one that no other line has
   double width = 2;
-  std::string dash;  ///< of SVG: "14 6"; empty: a whole line
+  std::string dash;  ///< of SVG: "14 6"; empty: a solid line
 };
 
 /// What a tissue looked like at one instant of a run; both empty: it is not known.
@@ -213,8 +213,8 @@ struct StrategyRecord {
   std::uint64_t trace_hash = 0;
   /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.
   Rows<Vec3> twin_force_N;
-  /// How long before its read (before a tick) the hand's positions (the forces of the schedule) still matter: the window of
-  /// an extrapolation or the settling of a filter.
+  /// How long before a read the hand's positions still matter, and how long before a tick the forces of the schedule: the
+  /// window of an extrapolation or the settling of a filter.
   Duration interaction_memory, force_memory;
   bool continues = false;      ///< a tick plays what a line or a chunk says of the present: it shows no simulation time
   bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
@@ -223,7 +223,7 @@ struct StrategyRecord {
   bool shadow = false;         ///< replayed from a live run: its forces never reached the hand
 };
 
-/// Records without rows; those to come will be in `files`, or in memory if that is null.
+/// Records without rows; rows to come will be in `files`, or in memory if that is null.
 StrategyRecord empty_record(const std::shared_ptr<RowFiles>& files);
 DeviceRecord empty_device_record(const std::shared_ptr<RowFiles>& files);
 
@@ -231,7 +231,7 @@ DeviceRecord empty_device_record(const std::shared_ptr<RowFiles>& files);
 struct ProgrammedFault {
   enum class Over : std::uint8_t {
     at_time,        ///< at `to`
-    with_segment,   ///< when the first segment begins that begins at or after `to`
+    with_segment,   ///< when the first segment at or after `to` begins
     after_segment,  ///< when that segment ends
     never           ///< it lasts until the end of the run
   };
@@ -274,8 +274,8 @@ struct Nominal {
   };
   std::vector<Device> devices;
   std::vector<ProgrammedFault> faults;  ///< those that begin before `end`
-  /// What still counts as recovered (recovery.h): so much more latency than before, and a jump larger by so much of the mean
-  /// change from one sample to the next.
+  /// What still counts as recovered (recovery.h): how much more latency than before, and by what share of the mean change
+  /// from one sample to the next a jump may be larger.
   Duration recovery_latency{1'000'000};
   double recovery_jump = 0.1;
 };
@@ -314,14 +314,14 @@ struct LiveRights {
 struct RunRecord {
   std::string scenario;  ///< its name
   std::string file;
-  std::optional<std::uint64_t> digest = {};  ///< of all in the scenario that the run depends on; empty: it was not read
+  std::optional<std::uint64_t> digest = {};  ///< of everything in the scenario that the run depends on; empty: not read
   RunOrigin origin = {};
   std::uint64_t seed = 1;
   std::string clock;                      ///< "virtual" | "wall"
   std::string live;                       ///< the strategy that ran on the wall clock; empty if none did
   bool real_time_granted = true;          ///< every thread of a live run had SCHED_FIFO, or none was needed
   std::optional<LiveRights> rights = {};  ///< of a live run
-  std::string recording_lacks = {};       ///< what the recording of --record does not have, and why; empty: nothing, or none
+  std::string recording_lacks = {};       ///< what the recording of --record lacks, and why; empty: nothing, or no recording
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)

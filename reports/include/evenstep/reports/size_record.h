@@ -76,7 +76,7 @@ struct SizeStrategy {
   std::optional<SizeRate> rate;
 };
 
-/// What took clearly longer than usual, by about the same time: a kind of hitch (docs/sizing.md).
+/// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/sizing.md).
 struct SizeHitches {
   enum class What { visualization, step, gap };
   What what = What::gap;
@@ -87,8 +87,8 @@ struct SizeHitches {
   Duration least_between, median_between, most_between;  ///< from begin to begin; 0 if there is only one
   struct Mended {
     Duration latency;              ///< if all of this kind had been as usual
-    Duration with_all_above;       ///< and all kinds before it in the list
-    double stiffness_N_per_m = 0;  ///< that goes with with_all_above
+    Duration with_all_above;       ///< the same for this and all kinds above it in the list
+    double stiffness_N_per_m = 0;  ///< the stiffness limit at with_all_above
   };
   std::vector<Mended> mended;  ///< in the order of SizeRecord::strategies
   /// Whether they come at equal intervals, to a tenth or a segment.
@@ -112,10 +112,11 @@ struct SizeCycle {
   double period_variation = 0, confidence = 0, regularity = 0;
 };
 
-/// A timing with other pauses (evenstep/campaigns/what_if.h), the first one as it is: what it needs, and what it costs.
+/// A timing with other pauses (evenstep/campaigns/what_if.h): what it needs, and what it costs. The first is the timing as
+/// it is.
 struct SizeWhatIf {
   struct Adaptive {
-    Duration mean;          ///< of a latency that adapts, from the least fixed one downwards
+    Duration mean;          ///< of a latency that adapts, starting at the least fixed one and never above it
     std::int64_t late = 0;  ///< forces
   };
   struct Map {
@@ -127,11 +128,11 @@ struct SizeWhatIf {
     std::optional<Adaptive> adaptive;
   };
   std::string text;
-  bool causal = false;  ///< as a simulator can do it that does not know the future
+  bool causal = false;  ///< a simulator that does not know the future can do it
   std::string refused;  ///< why it has no meaning here; then the rest says nothing
   std::vector<Map> maps;
   Duration pause_bound;
-  std::optional<Duration> pace;  ///< what a percentile came to
+  std::optional<Duration> pace;  ///< the pace that a percentile came to
   std::int64_t drawings = 0, left_out = 0, over_budget = 0;
   double drawings_per_s = 0;
   Duration longest_pause, longest_without;
@@ -165,13 +166,13 @@ struct SizeRecord {
 };
 
 const char* name_of(SizeHitches::What what);
-/// The map that needs least of those whose velocity jump is at most 0.15 slots; of the one that jumps least, if none is as
-/// smooth. Null if no map has a slot.
+/// Of the maps whose velocity jump is at most 0.15 slots the one that needs the least latency; if none is as smooth, the map
+/// that jumps least. Null if no map has a slot.
 const SizeStrategy* strategy_to_use(const SizeRecord& record);
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.
 std::string size_text(const SizeRecord& record);
-/// Only what a record of many seeds has: the latencies for its rate, of all segments together.
+/// All that a record of many seeds has: the latencies for its rate, of all segments together.
 std::string size_rates_text(const SizeRecord& record);
 std::string size_rates_json(const SizeRecord& record);
 /// A figure: latency against velocity jump, the curve of the bounds and a point per map. Empty without a curve.

@@ -39,7 +39,7 @@ struct SweepHeader {
     std::string name, signal, metric;
   };
   std::vector<Sometimes> sometimes;  ///< states that a point must reach
-  std::vector<std::string> swarm;    ///< the faults of which each seed switches off a part; empty: it is no swarm
+  std::vector<std::string> swarm;    ///< faults, some of which each seed switches off; empty: it is no swarm
   std::optional<std::int64_t> stop_after;
   int keep_worst = 5;
   struct Find {
@@ -89,7 +89,8 @@ struct SweepSummary {
     double excess = 0;                       ///< by how much the limit is exceeded, as a share of it; below 0: within it
     std::optional<std::size_t> expectation;  ///< empty: the run stopped
   };
-  /// Largest excess first, then by index. With `find`: only the points of the value next to the one found, which failed.
+  /// Largest excess first, then by index. With `find`: only points of the value next to the one found, which is a value that
+  /// failed.
   std::vector<Worst> worst;
   struct Find {
     std::optional<std::size_t> value;  ///< position on the axis; empty: not even the safe end passes
@@ -100,7 +101,7 @@ struct SweepSummary {
   /// Those that did not pass, by index, at most kMostListed; none with `find`, where failures are expected.
   std::vector<Worst> not_passed;
   std::vector<std::int64_t> reached;  ///< for each state: the points that reached it
-  /// Whether a state that no point reached is an error: not of a shard, nor of a sweep that is not complete.
+  /// Whether a state that no point reached is an error: not in a shard, nor in a sweep that is not complete.
   bool judges_states = false;
   bool unreached() const;  ///< whether there is such a state
 };
@@ -125,9 +126,9 @@ using SweepCommand = std::function<std::string(const SweepPoint&)>;
 std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
-/// As JUnit's XML: a testcase for the points that pass, which says how many, and one for each that does not, with its
-/// command. Above kMostListed the others are one testcase, which says how many. With `find` there is one testcase: what was
-/// found.
+/// As JUnit's XML: one testcase for all points that pass, which says how many, and one for each point that does not, with
+/// its command. Above kMostListed the others are one testcase, which says how many. With `find` there is one testcase: what
+/// was found.
 std::string sweep_junit(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
 /// A value of the grid without TOML's quotes: 5 ms for "5 ms".

@@ -11,8 +11,8 @@ namespace evenstep {
 char32_t take_code_point(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 
-/// Whether it is a character that is not seen, or that changes how others are: controls, soft hyphen, marks of direction,
-/// joiners, invisible operators, separators of lines, fillers, annotations, tags, selectors of variants but for emoji's.
+/// Whether the character is invisible or changes how others are shown: controls, soft hyphen, marks of direction, joiners,
+/// invisible operators, separators of lines, fillers, annotations, tags, variation selectors except those of emoji.
 bool is_unseen(char32_t c);
 
 }  // namespace evenstep

@@ -27,10 +27,10 @@ struct ExpectationResult {
   std::string because;
   std::string detail;  ///< for errors
   /// skipped: the expectation is for the other clock. degraded: it is about how well the machine kept real time
-  /// (clock = "wall") and does not hold, so this run says nothing against what was tested, nor enough for it.
+  /// (clock = "wall") and does not hold: this run is no evidence against what was tested, nor enough evidence for it.
   enum class Verdict { skipped, pass, degraded, fail, error } verdict = Verdict::pass;
   /// For a failure of a metric that single samples decide (places.h): the first and the worst of those that break the limit,
-  /// and the same in words, with what would do where that is known: "late first at step 960, 2.000 s, by 6.66 ms; ...".
+  /// and the same in words, with what would help if that is known: "late first at step 960, 2.000 s, by 6.66 ms; ...".
   std::optional<FailurePlace> first = {}, worst = {};
   std::string where = {};
 };

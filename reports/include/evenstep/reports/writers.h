@@ -19,8 +19,8 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
                          const std::string& version, const std::string& verdict, const std::string& failure = "");
 /// The JSON Schema (draft 4) of every summary.json: docs/schema/summary-1.json.
 std::string summary_schema();
-/// One run for JUnit: a test suite with a test case per expectation. What says something of the run as a whole is one more
-/// test case, "run".
+/// One run for JUnit: a test suite with a test case per expectation. The verdict on the run as a whole is one more test
+/// case, "run".
 struct JunitSuite {
   enum class Whole : std::uint8_t { silent, passed, failed, broken };  ///< broken: an error, not a failure
   std::string scenario, file;
@@ -41,11 +41,11 @@ void underruns_csv(const RunRecord& run, std::ostream& out);
 /// What a run on the wall clock has to say about itself, for people: how long it ran, how late its ticks were, and what was
 /// missed, missing, late, cut or limited. Empty for a run in virtual time.
 std::string live_lines(const RunRecord& run, const Metrics& metrics);
-/// For people: the devices that did not say what their driver asked of them, a line each.
+/// For people: the devices that did not tell their driver what it asked, a line each.
 std::string device_notes(const RunRecord& run);
 /// How the errors of each signal that was asserted grow over the judged time; one line per signal, for people.
 std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results);
-/// "left.force.direct velocity_jump: 5.4 step, limit <= 4 step: …": of an expectation, why and where it does not hold.
+/// "left.force.direct velocity_jump: 5.4 step, limit <= 4 step: …": why and where an expectation does not hold.
 std::string failure_message(const ExpectationResult& result);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
@@ -62,7 +62,7 @@ struct Difference {
   std::string text;
 };
 /// The first event that differs (by binary search over the chained hashes); empty if all are equal. Strategies are matched
-/// by name. Of runs, or of what has been read of their files.
+/// by name. For records of runs as for those read from their files.
 std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);
 
 }  // namespace evenstep

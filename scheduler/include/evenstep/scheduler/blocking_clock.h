@@ -1,5 +1,5 @@
 #pragma once
-/// The time for a loop that blocks: one with a thread of its own, which asks for the time and sleeps.
+/// The clock of a loop that blocks: a loop on a thread of its own, which asks for the time and sleeps.
 ///
 ///   void haptic_loop(evenstep::BlockingClock& clock, Device& device) {
 ///     for (std::int64_t k = 0;; ++k) {
@@ -9,7 +9,7 @@
 ///   }
 ///
 /// Such a loop need not become a coroutine to be tested. In the program it runs as a WallThread, or with a WallBlockingClock
-/// on a thread that the program has; under test as a SteppedThread (stepped_thread.h), and its time is a scheduler's.
+/// on a thread that the program has; under test as a SteppedThread (stepped_thread.h), on the time of a scheduler.
 
 #include <atomic>
 #include <functional>
@@ -20,11 +20,11 @@
 
 namespace evenstep {
 
-/// Thrown by sleep_until() when the run is over, so that the loop is left and its destructors run. It is no std::exception:
-/// a loop that catches those to go on in spite of a lost device does not catch this one.
+/// Thrown by sleep_until() when the run is over, so that the loop is left and its destructors run. It is not a
+/// std::exception, so a loop that catches those to survive a lost device does not catch it.
 struct Stopped {};
 
-/// Only the thread whose clock it is may call it.
+/// Only the thread that owns the clock may call it.
 class BlockingClock {
  public:
   virtual ~BlockingClock() = default;
@@ -33,12 +33,12 @@ class BlockingClock {
   virtual RealTime now() const = 0;
 
   /// Returns when now() >= at. A time that has passed is allowed: a wall clock returns at once; under a scheduler everything
-  /// that sorts before it at this instant runs first (lane.h). Throws Stopped if the run is over before that; only where an
-  /// exception is already leaving the loop, and a destructor sleeps, it returns at once instead.
-  /// `lane` says what happens at `at`, for events on the same nanosecond; it means nothing to a wall clock. A sleep that
-  /// stands for work (a render call, a step on the GPU) ends in Lane::completion.
+  /// that sorts before it at this instant runs first (lane.h). Throws Stopped if the run is over before that; but in a
+  /// destructor that sleeps while an exception leaves the loop it returns at once instead.
+  /// `lane` orders this wake-up among events on the same nanosecond; a wall clock ignores it. A sleep that stands for work
+  /// (a render call, a step on the GPU) ends in Lane::completion.
   virtual void sleep_until(RealTime at, Lane lane) = 0;
-  /// In the lane of the loop.
+  /// The same, in the lane of the loop.
   virtual void sleep_until(RealTime at) = 0;
 };
 
@@ -69,7 +69,7 @@ class WallThread {
   WallThread(WallEpoch epoch, RealTime end, BlockingLoop loop);
   ~WallThread();  ///< request_stop(), then waits
   void request_stop() noexcept;
-  /// Waits until the loop has ended; rethrows once what has left it, but for Stopped.
+  /// Waits until the loop has ended; rethrows, once, the exception that left it, unless that is Stopped.
   void join();
 
  private:

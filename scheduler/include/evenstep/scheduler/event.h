@@ -42,11 +42,11 @@ std::uint64_t chain(const std::vector<Event>& events);
 /// within each log is kept. If the two never share a lane, this is the order in which one scheduler would have run them.
 std::vector<Event> merge(const std::vector<Event>& a, const std::vector<Event>& b);
 
-/// The same while both logs grow: an event is given on as soon as none that is still to come can stand before it.
+/// The same while both logs grow: an event is passed on as soon as no event still to come can sort before it.
 class EventMerge {
  public:
   explicit EventMerge(std::function<void(const Event&)> take) : take_(std::move(take)) {}
-  /// More events of a log; those still to come have times of at least `until`.
+  /// Adds more events of a log; those still to come in that log have times of at least `until`.
   void add_a(std::span<const Event> events, RealTime until) { add(a_, events, until); }
   void add_b(std::span<const Event> events, RealTime until) { add(b_, events, until); }
   void finish();  ///< no more are to come

@@ -26,17 +26,17 @@ struct TimingRequest {
   std::uint64_t seed = 1;      ///< [run] seed: all that may be drawn at random follows from it
 };
 
-/// Makes a source; called twice for each scenario that is read, to see that both give the same. Throws std::exception if it
-/// cannot.
+/// Makes a source; called twice for each scenario that is read, to check that both sources give the same times. Throws
+/// std::exception if it cannot.
 using TimingFactory = std::function<std::unique_ptr<StepTiming>(const TimingRequest& request)>;
 
-/// No more segments and steps than this, as in a recording.
+/// The most segments and steps together that a source may give; a recording has the same limit.
 inline constexpr std::size_t kMostDrawnPieces = 10'000'000;
 
 /// The segments that begin before `end`, or all if the source ends earlier: at least one, with at least one step in all.
 /// Segments are numbered from 0 whatever the source says. An error names the first segment that breaks what step_timing.h
-/// asks for: the first begins at 0 and each later than the one before; nothing ends before it begins; no step begins before
-/// its segment or before the step before it has ended; a segment ends with the last thing in it.
+/// asks for: the first begins at 0, and each later one after the one before; nothing ends before it begins; no step begins
+/// before its segment or before the step before it has ended; a segment ends when the last thing in it does.
 Result<std::vector<SegmentTiming>, std::string> draw_timing(StepTiming& source, RealTime end);
 /// The first segment in which they differ, or -1.
 std::int64_t first_unequal(const std::vector<SegmentTiming>& a, const std::vector<SegmentTiming>& b);

@@ -12,7 +12,7 @@ namespace evenstep {
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body);
 
 /// Calls make(0) .. make(count - 1) on up to `threads` threads (0: one per core), and passes each result to take(), in order
-/// of index and one at a time, until take() returns false. Then, or if one of them throws (rethrown), results that are still
+/// of index and one at a time, until take() returns false. Then, or if a call throws (rethrown), results that are still
 /// being made are dropped.
 void ordered_for(std::size_t count, int threads, const std::function<std::string(std::size_t)>& make,
                  const std::function<bool(std::size_t, const std::string&)>& take);

@@ -110,9 +110,9 @@ class Scheduler {
 
   std::uint64_t trace_hash() const noexcept;  ///< chained over every event run so far
   const std::vector<Event>& events() const noexcept;
-  /// Makes room for so many events, so that none has to wait until the list has moved to a larger place.
+  /// Reserves room for `count` events, so that no event has to wait while the list is moved to a larger place.
   void reserve_events(std::size_t count);
-  /// Swaps events() with `empty`: those to come are kept in its place. Between two events only.
+  /// Swaps events() with `empty`, which takes the events to come. Call it only between two events.
   void take_events(std::vector<Event>& empty) noexcept;
   std::int64_t event_count() const noexcept;
 

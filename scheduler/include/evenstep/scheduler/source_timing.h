@@ -4,11 +4,11 @@
 ///   clock      an instant t of the source's own clock is t 1e6 / (1e6 + clock_ppm) on the device's, floored to ns
 ///   delay of   result n: `delay` + floor(u_n (`jitter` + 1 ns)), and `late_by` more with probability `late`; in the
 ///              device's time
-///   lost       with probability `lost`, each by itself
+///   lost       with probability `lost`, each result independently
 ///
-/// A result whose delay is longer than that of the next one by more than the time between them comes after it: reordered.
-/// Draw n of each stream belongs to step n, and each cause has a stream of its own, so switching one on does not shift the
-/// draws of another.
+/// A result comes after the next one (reordered) if its delay is longer by more than the time between the two. Draw n of
+/// each stream belongs to step n, and each cause has a stream of its own, so switching one on does not shift the draws of
+/// another.
 
 #include <cstdint>
 #include <memory>
@@ -28,7 +28,7 @@ struct SourceSpec {
 /// How result n comes to the device.
 Transport transport(const SourceSpec& source, std::uint64_t n);
 
-/// `timing` in the source's time, with the ways of its results to the device.
+/// Converts `timing` from the source's time to the device's, and adds the transport of every result.
 std::unique_ptr<StepTiming> make_source_timing(std::unique_ptr<StepTiming> timing, const SourceSpec& source);
 
 }  // namespace evenstep

@@ -18,9 +18,9 @@ struct Interval {
   RealTime end;
 };
 
-/// What a frame governor (frame_governor.h) makes of a segment's drawing. Without one, each is drawn whole.
+/// What a frame governor (frame_governor.h) makes of a segment's drawing. Without a governor, each is drawn whole.
 struct DrawingPart {
-  int parts = 1;                    ///< the drawing is shared out over so many pauses
+  int parts = 1;                    ///< over how many pauses the drawing is shared out
   std::optional<Duration> at_most;  ///< this pause may take no longer: what is left is drawn in the next ones
   bool finishes = true;             ///< as far as is programmed, the picture is complete when the visualization ends
   bool left_out = false;            ///< a drawing should have begun here, and none does
@@ -43,7 +43,7 @@ struct SegmentTiming {
   std::vector<Interval> steps;            ///< N_k of them; N_k may be 0
   RealTime end;                           ///< end of the last thing in it (visualization, step or idle)
   bool concurrent = false;                ///< programmed as concurrent: overlaps() even if no step here meets it
-  DrawingPart drawing;                    ///< without a visualization only `left_out` says anything
+  DrawingPart drawing;                    ///< without a visualization only `left_out` has a meaning
   std::vector<Transport> transports;      ///< one per step; empty: every result is there as soon as its step ends
 
   /// Whether the visualization runs beside the steps, in a lane of its own, and not before or after them: it has more than
@@ -60,8 +60,8 @@ class StepTiming {
   virtual ~StepTiming() = default;
   /// The next segment, or false at the end of a recording (`segment` is then unchanged). `segment`'s storage is reused.
   virtual bool next(SegmentTiming& segment) = 0;
-  /// Where the visualization really runs: how long that of the last segment took, and whether the drawing is finished. A
-  /// timing that decides by it takes this for what was programmed.
+  /// Called if visualizations really run: how long that of the last segment took, and whether the drawing is finished. A
+  /// timing whose decisions depend on these uses them instead of what was programmed.
   virtual void visualized(Duration /*took*/, bool /*finished*/) {}
 };
 
@@ -83,9 +83,9 @@ struct Preemption {
   double tail = 1.5;
 };
 
-/// The visualization jumps between two lengths, `factor` apart, and stays at one for `mean_length` segments on average: at
-/// the longer one for 2 `slow_share` `mean_length` segments, at the shorter one for the rest of 2 `mean_length`. Both must
-/// be at least 1.
+/// The visualization jumps between two lengths, `factor` apart, and stays at a length for `mean_length` segments on average:
+/// at the longer one for 2 `slow_share` `mean_length` segments, at the shorter one for the rest of 2 `mean_length`. Both of
+/// these stays must be at least 1 segment.
 struct Regimes {
   double factor = 1;
   double mean_length = 8;
@@ -97,25 +97,25 @@ double shortest_mean_stay(const Regimes& regimes);
 /// How the lengths of a piece of work vary about their mean.
 enum class JitterLaw {
   log_normal,  ///< `variation` is the coefficient of variation, 0 to 1
-  uniform,     ///< anywhere within `variation` times the mean of it, equally likely; 0 to 1
+  uniform,     ///< within +-`variation` times the mean, all values equally likely; 0 to 1
 };
 
 /// When a paced schedule wakes up after a segment that took longer than T.
 enum class WakeUp {
-  catch_up,         ///< at its own tick, as late as that is: the next ones run without idle time until they have caught up
-  absolute_grid,    ///< at the next tick of the grid: those that were missed are left out
-  from_last_update  ///< T after the wake-up before, or at once if that has passed: what was lost stays lost
+  catch_up,         ///< at its own tick, however late: the next segments run without idle time until they have caught up
+  absolute_grid,    ///< at the next tick of the grid: ticks that were missed are left out
+  from_last_update  ///< T after the previous wake-up, or at once if that has passed: what was lost stays lost
 };
 
-/// A visualization that takes long, again and again: the first one that begins at or after each multiple of `every`, which
-/// is longer than `visualization`.
+/// A long visualization that recurs: the first one that begins at or after each multiple of `every`; `every` is longer than
+/// `visualization`.
 struct Hitch {
   Duration every;
   Duration visualization;  ///< V of that segment
 };
 
 /// The segments that begin in [from, to): only these have spikes, pre-emption, regimes, hitches, dropped and merged
-/// visualizations. All others have V and s.
+/// visualizations. All other segments have plain V and s.
 struct Disturbed {
   RealTime from, to;
   bool holds(RealTime begin) const { return from <= begin && begin < to; }
@@ -197,9 +197,8 @@ struct ProgrammedTiming {
 ///                 least (1 - u (1 - (least/most)^a))^(-1/a)
 ///   hitch         V of segment k is that of the hitch if a multiple j every, j >= 1, lies in (B_{k-1}, B_k]; if this
 ///                 visualization is dropped, so is the hitch
-///   disturbed     outside of it spike_n and preemption are 0, c_k is 1, and V is that of no regime and no hitch; the draws
-///   of
-///                 the segments within are the same as without it
+///   disturbed     outside of it spike_n and preemption are 0, c_k is 1, and V is that of no regime and no hitch; the
+///                 segments within have the same draws as without it
 ///   changes       V, s and N of segment k are those of the last change with at <= B_k. "fill" keeps the s it began with: a
 ///                 GPU's step does not get faster because its visualization got slower.
 /// Draw n of each stream belongs to the global step number n or to segment k, and each model has streams of its own, so
@@ -212,9 +211,9 @@ bool is_periodic(const ProgrammedTiming& timing);
 /// The mean step at the start of a run: `step`, or what "fill" makes of it.
 Duration starting_step(const ProgrammedTiming& timing);
 
-/// Expected lengths at the start of a run, that is without drift and changes, and if it has a `disturbed` time without the
-/// models that it is about. Exact, with two exceptions: the probability of
-/// a hit is computed for work of mean length, and `concurrent` neglects the steps that straddle an end of V (see above).
+/// Expected lengths at the start of a run: without drift and changes and, if the run has a `disturbed` time, without the
+/// models that apply only within it. Exact, with two exceptions: the probability of a hit is computed for work of mean
+/// length, and `concurrent` neglects the steps that straddle an end of V (see above).
 struct MeanTiming {
   double segment_ns = 0;        ///< the work, V and the steps (concurrent: V alone); pacing adds idle time
   double visualization_ns = 0;  ///< per segment
@@ -223,8 +222,8 @@ struct MeanTiming {
 };
 MeanTiming mean_timing(const ProgrammedTiming& timing);
 
-/// How long a run of this recording is that has all of it. A run holds the instants before its end, so where a step ends
-/// last it is 1 ns longer than the recording, or that step would be cut off.
+/// How long a run must be to contain all of this recording. A run holds the instants before its end, so if the recording
+/// ends with a step the run is 1 ns longer, or that step would be cut off.
 Duration replay_duration(std::span<const SegmentTiming> segments);
 
 /// Plays a recording. `segments` are those read from timing.csv (recordings/timing_csv.h), already validated.

@@ -13,7 +13,7 @@
 ///
 /// With a wall clock under the scheduler the loops take turns all the same; WallThread runs them side by side.
 ///
-/// What a loop may call while it runs is what a coroutine may: scheduler.now(), and scheduler.note() after its first sleep.
+/// While it runs a loop may call what a coroutine may: scheduler.now(), and scheduler.note() after its first sleep.
 ///
 /// Errors. An exception that leaves the loop ends the run: RunEnd::failed. So does a loop that does not come back to
 /// sleep_until() within `real_time_limit`: it spins, or waits for a lock, a queue or another thread, which under the

@@ -19,9 +19,9 @@ struct FittedLength {
   double mean_ns = 0;           ///< mean of the values within 5 deviations of the median (of their logarithms)
   double variation = 0;         ///< coefficient of variation, from the median absolute deviation of the logarithms
   double distance = 0;          ///< Kolmogorov distance to that log-normal
-  double half_width = 0;        ///< of the uniform law with the same 5 and 95 %, over the mean
+  double half_width = 0;        ///< of the uniform law with the same 5 % and 95 % quantiles, over the mean
   double uniform_distance = 0;  ///< Kolmogorov distance to that law
-  /// Whether the uniform law is the nearer one, and within 1.63 / sqrt(count), which 99 % of its samples are.
+  /// Whether the uniform law is the nearer one, and less than 1.63 / sqrt(count) away, as are 99 % of its own samples.
   bool is_uniform() const;
 };
 

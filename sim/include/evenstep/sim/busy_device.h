@@ -1,7 +1,7 @@
 #pragma once
 /// Keeps the compute device busy without a scene: a kernel that fills the device and computes nothing that anybody needs.
-/// It stands for what else wants the device, such as a visualization. It never sees a clock: who calls it finds out how long
-/// a round takes here.
+/// It stands for other work on the device, such as a visualization. It never sees a clock: the caller finds out how long a
+/// round takes here.
 
 #include <cstdint>
 #include <memory>
@@ -19,10 +19,10 @@ class BusyDevice {
   virtual void run(std::int64_t rounds) = 0;
 };
 
-/// On the device that a solver with these options has. Throws SolverError like make_solver. The kernel has run once before
+/// Uses the device that a solver with these options has. Throws SolverError like make_solver. The kernel has run once before
 /// this returns.
 std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions& options = {});
-/// What a scenario may have in its place.
+/// What a scenario can have instead, in a build without OpenCL.
 inline constexpr std::string_view kInsteadOfBurning = "write a length alone, without \"burn\"";
 
 }  // namespace evenstep

@@ -1,7 +1,7 @@
 #pragma once
-/// What a device says of the commands that a solver has given it: the four times of OpenCL's profiling events
+/// What a device reports of the commands that a solver has given it: the four times of OpenCL's profiling events
 /// (CL_PROFILING_COMMAND_QUEUED, _SUBMIT, _START and _END), in ns of the device's own clock. Its zero may lie anywhere, so
-/// only differences of these times mean something beside the host's clock.
+/// only differences of these times can be compared with the host's clock.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
-/// A solver of your own, as evenstep asks it: only step() must be there. Contacts, digest, energy, particles and reset are
-/// capabilities: what a solver does not have is left out of the run, which reports so, and what needs it is refused with the
-/// reason.
+/// A solver of your own, as evenstep calls it: only step() must be there. Contacts, digest, energy, particles and reset are
+/// capabilities: those that a solver lacks are left out of the run, which reports it, and whatever needs them is refused
+/// with the reason.
 ///
 ///   class MySpring final : public evenstep::ForeignSolver {
 ///     evenstep::ToolResponse step(std::span<const glm::dvec3> positions_m, double) override {
@@ -11,8 +11,8 @@
 ///   registry.add_solver("my-spring", [](const evenstep::SolverRequest&) { return std::make_unique<MySpring>(); });
 ///
 /// Several strategies run at the same time, each with a solver of its own, so two solvers must not share anything that
-/// changes; one solver is only ever called by one thread at a time. A solver gets all the time it may know with each step
-/// and must not ask a clock: the same positions must give the same forces, bit for bit, or `--repeat` names it.
+/// changes; one solver is only ever called by one thread at a time. All that a solver may know of time comes with each step,
+/// and it must not ask a clock: the same positions must give the same forces, bit for bit, or `--repeat` names it.
 
 #include <cstdint>
 #include <functional>
@@ -60,7 +60,7 @@ class ForeignSolver {
   /// where the hand is by now.
   virtual std::span<const ToolContact> contacts() const { return {}; }
   /// A digest of the whole state, bit for bit, after the last step: with it, a trace hash sees a difference before a force
-  /// does. Without it evenstep takes the digest of particles(), and without those forces alone are compared.
+  /// does. Without it evenstep takes the digest of particles(); without particles() only forces are compared.
   virtual std::uint64_t state_digest() { return 0; }
   /// The energy of everything that moves or is stored, J, after the last step. evenstep adds up the work of the tools from
   /// the end of the first step on, and reports energy that nothing explains (SolverVerdict::energy_growth).

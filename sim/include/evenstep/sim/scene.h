@@ -20,12 +20,13 @@ inline constexpr int kMaxSubsteps = 100'000;  ///< per step; needing more is a m
 inline constexpr int kMaxIterations = 10'000;
 inline constexpr int kMaxRegions = 60;
 
-// Each kind of scene says of itself, for what is not the solver's:
+// Each kind of scene has these members, for questions that are not the solver's:
 //   kAccountsEnergy    its solver keeps an account of energy, so that its growth can be judged
 //   kCostsLittle       a step is a few operations: a second solver beside a run costs nothing to speak of
 //   felt_stiffness..   stiffness that a tool at rest feels; none where nobody knows it without running
-//   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not determine
-//   it text               in one line, for people
+//   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not
+//                      determine it
+//   text               in one line, for people
 
 /// F = -k x on every tool, as the hand feels it. It is memoryless, so a constant velocity must give a force that is linear
 /// in time.
@@ -39,8 +40,8 @@ struct SpringScene {
   std::string text() const;
 };
 
-/// A wall that pushes each tool out along its normal n and never pulls: F = n k (p + p^2 / l) at the depth p = surface - n .
-/// x, and 0 where p < 0. Memoryless.
+/// A wall that pushes each tool out along its normal n and never pulls: F = n k (p + p^2 / l) at the depth
+/// p = surface - n . x, and 0 where p < 0. Memoryless.
 struct WallScene {
   double stiffness_N_per_m = 200;
   glm::dvec3 normal{1, 0, 0};  ///< out of the surface, towards the tool; of any length
@@ -190,7 +191,7 @@ struct Scene {
   bool allow_unstable = false;                ///< [scene] allow_unstable
   bool variable_step = false;                 ///< Solver::step will be given lengths
   LocalModel local_model = LocalModel::none;  ///< other than `none`: Solver::contacts will be read
-  bool local_coupling = false;                ///< and of them ToolContact::coupling_N_per_m
+  bool local_coupling = false;                ///< and in these ToolContact::coupling_N_per_m
 };
 
 // Of a scene's body:

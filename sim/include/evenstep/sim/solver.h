@@ -157,8 +157,8 @@ struct SolverOptions {
 /// solver. OpenCL kernels are built and warmed up before this returns (a first launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 
-/// The features that the solver of this scene leaves out, in a fixed order. Nothing is built, but for a foreign scene: only
-/// its solver knows what it lacks. Throws SolverError if that cannot be made.
+/// The features that the solver of this scene leaves out, in a fixed order. Nothing is built, except the solver of a foreign
+/// scene, because only that solver knows what it lacks. Throws SolverError if it cannot be made.
 std::vector<std::string> left_out(const Scene& scene);
 /// The scene's solver with one of the features that it leaves out compiled in, with neutral coefficients: its forces are the
 /// same, bit for bit, so what the feature costs can be measured. Null for a feature without a neutral form ("tools", "grab",
@@ -168,7 +168,7 @@ std::unique_ptr<Solver> make_solver_with(const std::string& feature, SolverKind 
                                          const SolverOptions& options = {});
 /// Whether the OpenCL solver is a part of this build (EVENSTEP_OPENCL). Without it, whoever asks for it gets a SolverError.
 bool built_with_opencl();
-/// What a scene may have in its place.
+/// What a scene can have instead.
 inline constexpr std::string_view kInsteadOfOpenCl = "choose solver = \"cpu\", which computes the same bits";
 /// Loads OpenCL and opens the device that a solver with these options would use, as make_solver does when it is needed.
 /// Throws SolverError.

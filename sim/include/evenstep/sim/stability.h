@@ -5,9 +5,9 @@
 /// the spring is. So for each axis the whole Hessian is at most the scalar Laplacian of the spring graph:
 ///   u' H u <= sum k (u_i - u_j)^2.
 /// (A compressed spring's negative eigenvalue is buckling, which is physics and not an unstable step.) The damping matrix of
-/// axial dampers c n n' is bounded in the same way; a coupling's spring or a probe's penalty by its stiffness on every
-/// particle that it holds or can touch. Let lambda be the largest eigenvalue of M^-1 (bound of H), and gamma that of
-/// M^-1 (bound of the damping), which includes the drag d of the lightest particle that moves. Then symplectic Euler is
+/// axial dampers c n n' is bounded in the same way; the bound of a coupling's spring or a probe's penalty is its stiffness
+/// on every particle that it holds or can touch. Let lambda be the largest eigenvalue of M^-1 (bound of H), and gamma that
+/// of M^-1 (bound of the damping), which includes the drag d of the lightest particle that moves. Then symplectic Euler is
 ///   (I - h C / 2) (u_n+1 - 2 u_n + u_n-1) + h C (u_n+1 - u_n-1) / 2 + h^2 K u_n = 0,    M = 1,
 /// which dissipates the energy of I - h C / 2 - h^2 K / 4 as long as that is positive:
 ///   h^2 lambda + 2 h gamma < 4,    without damping h < 2 / sqrt(lambda).
@@ -58,7 +58,8 @@ double largest_stable_step_s(Method method, double lambda_per_s2, double damping
 /// damping unchanged: above 1 there is room. 0 if the damping alone is too much; infinite for implicit methods.
 double stiffness_margin(Method method, const StepLimit& limit, double step_s);
 
-/// What sets the limit, for messages: "particle 7 at site (1, 2, 0) sets them", or which stiffness there is otherwise.
+/// What sets the limit, for messages: "particle 7 at site (1, 2, 0) sets them", or, if no moving particle has a spring, what
+/// does instead.
 std::string what_sets(const TissueScene& scene, const StepLimit& limit);
 
 /// Throws SolverError for a scene that make_solver would refuse.

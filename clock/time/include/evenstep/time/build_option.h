@@ -1,6 +1,6 @@
 #pragma once
-/// What a build of evenstep may be without (docs/install.md, "Options"). Whatever refuses something because of that has its
-/// words from here, so that all of them say what is missing and how to get it.
+/// The parts that a build of evenstep may lack (docs/install.md, "Options"). Whatever refuses something for lack of a part
+/// takes its message from here, so that every message says what is missing and how to get it.
 
 #include <array>
 #include <string>
@@ -28,7 +28,7 @@ inline constexpr std::array kBuildOptions{build_option::kOpenCl, build_option::k
 
 /// "this evenstep is built without OpenCL"
 std::string built_without(const BuildOption& option);
-/// "build it with -D EVENSTEP_OPENCL=ON, which needs opencl-c-headers"; after what else would do, if something would.
+/// "build it with -D EVENSTEP_OPENCL=ON, which needs opencl-c-headers"; after `otherwise`, another remedy, if there is one.
 std::string remedy_without(const BuildOption& option, std::string_view otherwise = {});
 /// Both, in one sentence.
 std::string refusal_without(const BuildOption& option, std::string_view otherwise = {});

@@ -17,7 +17,7 @@ namespace evenstep {
 
 constexpr Duration duration(std::chrono::nanoseconds length) { return {length.count()}; }
 
-/// The instant that lies so long after the program's start. The clock must be steady: a wall clock is set back at times.
+/// The instant `since_start` after the program's start. The clock must be steady: a wall clock is set back at times.
 constexpr RealTime real_time(std::chrono::nanoseconds since_start) { return {since_start.count()}; }
 
 }  // namespace evenstep

@@ -8,15 +8,15 @@
 
 namespace evenstep {
 
-/// A pointer to a function, to be set, by the function's name in the library.
+/// A function pointer to be set, and the function's name in the library.
 struct FunctionByName {
   const char* name;
   void** function;
 };
 
-/// Opens the shared library `soname`, such as "libOpenCL.so.1", and sets the functions. A library loaded before it that has
-/// the same functions, such as a tool that watches them, comes first, as it does for programs that are linked with it. The
-/// library stays open till the program ends. nullopt, or what is missing, in the words of the dynamic linker.
+/// Opens the shared library `soname`, such as "libOpenCL.so.1", and sets the functions. If a library loaded earlier has the
+/// same functions (a tool that watches them, say), its functions are taken, as in a program that is linked with `soname`.
+/// The library stays open till the program ends. Returns nullopt, or what is missing, in the words of the dynamic linker.
 std::optional<std::string> load_on_demand(const char* soname, std::initializer_list<FunctionByName> functions);
 
 }  // namespace evenstep

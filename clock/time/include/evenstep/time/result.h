@@ -1,7 +1,7 @@
 #pragma once
 /// A value, or an error that says why there is none. Errors that a user's text, file or device can cause are returned in
-/// this way, and the caller checks before it takes the value. Taking the one that is not there is a programming error
-/// (asserted). It is used like std::expected of C++23.
+/// this way, and the caller checks before it takes the value. Taking a value or an error that is not there is a programming
+/// error (asserted). It is used like std::expected of C++23.
 ///
 ///   Result<Duration> parse_duration(std::string_view text);
 ///   ...

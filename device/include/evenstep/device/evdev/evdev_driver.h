@@ -4,21 +4,21 @@
 /// sent when.
 ///
 /// Like PID, evdev has neither metres nor newtons: they are given as options, as for PidDriver (hid/pid_driver.h). X and Y
-/// have forces; Z is only read. The directions are Linux': an effect of direction left with a positive level pushes towards
-/// lower X, one of direction down towards the user, higher Y.
+/// have forces; Z is only read. Directions are those of Linux: with a positive level, an effect of direction left pushes
+/// towards lower X, and one of direction down towards the user, that is towards higher Y.
 ///
-/// The kernel tells changes only. So for `still` after the last event a hand without events counts as one that holds still
-/// (the sample is fresh), and then as not reported. When events were lost (SYN_DROPPED) the positions are asked for.
+/// The kernel tells changes only. So for `still` after the last event a hand without events counts as holding still (the
+/// sample is fresh), and after that as not reported. When events were lost (SYN_DROPPED), the driver asks for the positions.
 ///
-/// A tick uploads what has changed, but no more than `update_rate` uploads and plays a second, in turn: what the device
-/// cannot take in time waits in a queue of the kernel's, up to 256 reports, where no newer force can overtake. Every
-/// effect ends by itself `effect_duration` after it was played (the device or the kernel sees to it), and is played again
-/// after half of that, together with gain and autocenter, because any other program may change those and stop our effects.
-/// If the process dies the kernel erases its effects.
+/// A tick uploads what has changed, the effects taking turns, but no more than `update_rate` uploads and plays a second:
+/// what the device cannot take in time waits in a queue of the kernel's, up to 256 reports, where no newer force can
+/// overtake it. Every effect ends by itself `effect_duration` after it was played (the device or the kernel sees to it).
+/// After half of that it is played again, and gain and autocenter are set again, because any other program may change those
+/// and stop our effects. If the process dies the kernel erases its effects.
 ///
-/// With `unchanged_age` a sample says when it was taken: by the time of the event that completed it, and where nothing has
-/// changed, as event_times.h says; it is fresh only if that is later than the sample before. An event that comes between the
-/// tick's time and its read is left for the next tick. A node that does not tell times leaves samples without one.
+/// With `unchanged_age` a sample says when it was taken: at the time of the event that completed it or, where nothing has
+/// changed, as event_times.h says. It is fresh only if that is later than for the sample before. An event that comes between
+/// the tick's time and its read is left for the next tick. If the node does not tell times, samples have none.
 ///
 /// While a device is away (unplugged, and looked for) its samples are not drivable, and nothing is sent. When it is back,
 /// its effects are played anew, and the first sample is not drivable either.
@@ -44,12 +44,12 @@ struct EvdevOptions {
   std::optional<double> full_scale_N;     ///< the force at the largest level and full gain; > 0; empty: read-only
   double gain = 0.25;                     ///< (0, 1]; the share of full_scale_N that may be used
   Duration effect_duration{500'000'000};  ///< 2 ms to 32.767 s, in whole milliseconds
-  Rate update_rate{1000, 1};              ///< reports that the device takes in a second
+  Rate update_rate{1000, 1};              ///< reports that the device can take per second
   Duration still{1'000'000'000};
-  /// From the newest event that may be missing on, a position that nothing has changed counts as taken so long before its
-  /// read, > 0 (event_times.h). Empty: samples have the time of their read.
+  /// A position that no event has changed counts as taken this long before its read, > 0 (event_times.h). Empty: samples
+  /// have the time of their read.
   std::optional<Duration> unchanged_age = {};
-  std::array<bool, 2> reversed_force{};  ///< the device pushes the other way than Linux means it
+  std::array<bool, 2> reversed_force{};  ///< the device pushes opposite to what Linux means
   bool springs = false;                  ///< also upload one spring for each axis whose spring's sign is known
   /// Whether a positive coefficient pushes away from the center, as it was measured. Empty: not measured, and no spring is
   /// rendered along the axis; only along X, if its force is not reversed, an empty one counts as false.
@@ -59,7 +59,7 @@ struct EvdevOptions {
 };
 
 struct EvdevCounters {
-  std::int64_t refreshes = 0;  ///< how often everything was played again in time
+  std::int64_t refreshes = 0;  ///< how often everything was played again before it ended
   std::int64_t saturated = 0;  ///< writes of a force beyond gain * full_scale_N along an axis
   std::int64_t dropped = 0;    ///< how often events were lost because nobody had read them
   std::int64_t waited = 0;     ///< ticks in which a changed force or spring had to wait for update_rate
@@ -82,9 +82,9 @@ class EvdevDriver final : public HapticDevice {
   /// Stops and erases the effects; each is tried three times.
   void stop() noexcept override;
   bool is_read_only() const { return !options_.full_scale_N; }
-  /// Takes what has come before the run, when nobody read it and the kernel's buffer of 64 events may have dropped some. It
-  /// is counted nowhere, and nothing of it is lost: the kernel's own table of the axes, which is asked for then, has what
-  /// all events that were taken or dropped have said. Throws DeviceError when the device is gone.
+  /// Takes the events from before the run, when nobody read them and the kernel's buffer of 64 events may have dropped some.
+  /// They are counted nowhere, and nothing that they said is lost: the driver then asks for the kernel's own table of the
+  /// axes, which has the values of all events, taken or dropped. Throws DeviceError when the device is gone.
   void forget_queued();
   DeviceSample read(RealTime now) override;
   /// Throws DeviceError if the driver is read-only, not started, or the device is gone. read() throws, too, once the device
@@ -141,7 +141,7 @@ class EvdevDriver final : public HapticDevice {
   DeviceSample last_;
   std::optional<EventTimes> times_;
   std::optional<RealTime> newest_event_;  // of this read, that completed a position
-  std::vector<EvdevEvent> later_;         // that came after the tick's time
+  std::vector<EvdevEvent> later_;         // events that came after the tick's time
   std::array<EvdevAxis, 3> axes_{};       // as they were found
   std::array<std::int32_t, 3> raw_{};
   std::vector<Effect> effects_;

@@ -1,10 +1,10 @@
 #pragma once
-/// A force feedback device of this machine: /dev/input/eventN of Linux. No other code opens one. What it plays ends when it
-/// is closed, because the kernel erases the effects of a program that goes.
+/// A force feedback device of this machine: /dev/input/eventN of Linux. No other code opens one. What the device plays ends
+/// when the file is closed, because the kernel then erases the program's effects.
 ///
-/// Every call goes to the kernel at once and returns when the kernel's driver has it, not when the device has it: that of
-/// PID devices queues up to 256 reports and says nothing of those that fail. On other systems the constructor throws and the
-/// list is empty.
+/// Every call goes to the kernel at once and returns when the kernel's driver has it, not when the device has it: the
+/// kernel's driver for PID devices queues up to 256 reports and says nothing of those that fail. On other systems the
+/// constructor throws and the list is empty.
 
 #include <array>
 #include <memory>
@@ -23,7 +23,7 @@ struct EvdevListing {
   std::string refusal;  ///< why it may not be opened ("Permission denied"); empty if it may
 };
 
-/// Those that can play effects, in the order of their numbers.
+/// The devices that can play effects, in the order of their numbers.
 std::vector<EvdevListing> evdev_devices();
 
 /// All devices with the ids, serial number and name of `info`, wherever they are now, that can be opened.

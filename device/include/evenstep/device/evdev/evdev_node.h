@@ -35,8 +35,8 @@ struct EvdevEvent {
 };
 
 struct EvdevRead {
-  /// `away`: it was unplugged, and is looked for. `returned`: once after that; it is told where its axes are anew, and its
-  /// effects are there, without force and not playing.
+  /// `away`: the device was unplugged, and is looked for. `returned`: once after that; its axes must be asked for anew, and
+  /// its effects are there again, without force and not playing.
   enum class Status { events, nothing, interrupted, away, returned, gone } status = Status::nothing;
   std::size_t count = 0;
 };
@@ -80,20 +80,21 @@ class EvdevNode {
   virtual ~EvdevNode() = default;
   /// Takes events that are waiting, without waiting itself.
   virtual EvdevRead read(std::span<EvdevEvent> events) = 0;
-  /// Whether its events say when the kernel got them. False: by a clock that is nobody's here.
+  /// Whether its events say when the kernel got them. False: their times are by a clock that nothing here uses.
   virtual bool tells_times() const { return true; }
-  /// Plays (value > 0) or stops (0) the effect `code`, or sets evdev::kGain or kAutocenter. The kernel says nothing of an
-  /// effect that is not there.
+  /// Plays (value > 0) or stops (0) the effect `code`, or sets evdev::kGain or kAutocenter. The kernel does not say that an
+  /// effect is not there.
   virtual int write(const EvdevEvent& event) = 0;
   /// Uploads a new effect, or changes one that was uploaded through this node. ENOSPC: the device has no room. EINVAL: there
   /// is no such effect, or it is of another type. EACCES: it is another program's.
   virtual int upload(EvdevEffect& effect) = 0;
-  /// What has become of the last upload that changed the effect: where a thread of its own sends it, upload() cannot tell.
+  /// What has become of the last upload that changed the effect: if a separate thread sends it, upload() cannot tell.
   enum class Upload { waits, taken, refused };
   virtual Upload uploaded(int /*id*/) { return Upload::taken; }
-  /// Stops an effect and gives it back. EINVAL and EACCES as above.
+  /// Stops an effect and frees its place. EINVAL and EACCES as above.
   virtual int erase(int id) = 0;
-  /// Has events come to nobody else. EBUSY: another program has them for itself. (Its own writes still reach the device.)
+  /// From now on events come to nobody else. EBUSY: another program has them for itself. (Its own writes still reach the
+  /// device.)
   virtual int grab() = 0;
   /// How many effects the device has room for, of all programs together.
   virtual int effect_count(int& count) = 0;

@@ -3,15 +3,15 @@
 /// is a system call that may wait for the device; and a device that was unplugged is looked for. It works with a wall clock
 /// only, which the type of the constructor's clock enforces.
 ///
-/// upload() of an effect that is there already, and write(), return 0 at once. While one waits to be sent, a later one of
-/// the same effect takes its place. All other calls go to the kernel on the caller's thread; a new effect and erase() wait
-/// first until all is sent, so do not use them in a tick. axis() answers EAGAIN while something is being sent, because it
-/// would wait for that.
+/// upload() of an effect that is there already, and write(), return 0 at once. While such a call waits to be sent, a later
+/// one for the same effect takes its place. All other calls go to the kernel on the caller's thread; a new effect and
+/// erase() wait first until all is sent, so do not use them in a tick. axis() answers EAGAIN while something is being sent,
+/// because it would wait for that.
 ///
-/// Times of events are told by the clock of the run, from CLOCK_MONOTONIC, by which the node has them.
+/// Times of events are converted from CLOCK_MONOTONIC, in which the node has them, to the clock of the run.
 ///
 /// While the device is away, reads are `away`, and calls give ENXIO. When it is back, the thread grabs it and makes the
-/// effects anew, playing nothing and without force, under the numbers that they had; then one read is `returned`.
+/// effects anew under the numbers that they had, without force and not playing; then one read is `returned`.
 
 #include <cstdint>
 #include <functional>
@@ -29,8 +29,8 @@ using EvdevNodes = std::vector<std::unique_ptr<EvdevNode>>;
 class LiveEvdev final : public EvdevNode {
  public:
   /// `find` opens the device again after it was unplugged, and all that look like it; empty: it is not there (yet). The
-  /// first that can be taken for us alone and takes our effects is it. It is called by another thread, four times a second
-  /// for `patience`. After that (at once if `patience` is 0) the device is gone for ever.
+  /// first one that can be grabbed for us alone and accepts our effects is used. It is called by another thread, four times
+  /// a second for `patience`. After that (at once if `patience` is 0) the device is gone for ever.
   LiveEvdev(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock,
             Duration patience = {});
   /// Goes on sending what waits for at most a second, then closes.

@@ -1,21 +1,20 @@
 #pragma once
 /// A force feedback device behind Linux' input core, in software: what the kernel does with events, effects and owners
-/// (drivers/input/{input,evdev,ff-core}.c, read), and a device below it that renders the effects. A second reading of
-/// linux/input.h beside the driver's; no code of the driver's is used.
+/// (drivers/input/{input,evdev,ff-core}.c, read), and a device below it that renders the effects. It is a second reading of
+/// linux/input.h, independent of the driver's: no code of the driver's is used.
 ///
 /// Events: only values that have changed are told, each report followed by SYN_REPORT; a report that is cut or has an
 /// unknown id never gets past the kernel's HID core. Small changes are smoothed by `fuzz`. The program's buffer has 64
 /// places: when it is full, SYN_DROPPED and the newest event stay. Events are stamped with the tick of their report, whose
-/// `age` is how much later the program can read them. An `unread` tick is one in which the program does not
-/// read.
+/// `age` is how much later the program can read them. An `unread` tick is one in which the program does not read.
 ///
-/// After it was unplugged and before it is found again it answers as a LiveEvdev does, which then makes the effects anew.
-/// From the plug on until it is told otherwise the device centers by itself.
+/// After the device was unplugged and before it is found again, calls are answered as by a LiveEvdev, which then makes the
+/// effects anew. From the plug on until it is told otherwise the device centers by itself.
 ///
-/// Effects: `effects` places for all programs; an effect is changed and erased by its owner alone, and keeps its type; but
-/// any program may play and stop it, and set gain and autocenter. An upload that changes nothing is not passed to the
-/// device. It ends by itself `length_ms` after it was played. Upload under `write_rejected` gives EIO; what is written
-/// beside uploads is lost without a word, as with the kernel. Springs act along each axis by its own condition.
+/// Effects: `effects` places for all programs; only its owner may change or erase an effect, which keeps its type; but any
+/// program may play and stop it, and set gain and autocenter. An upload that changes nothing is not passed to the device. An
+/// effect ends by itself `length_ms` after it was played. An upload under `write_rejected` gives EIO; other writes are then
+/// lost without a word, as with the kernel. Springs act along each axis by its own condition.
 
 #include <cstdint>
 #include <deque>
@@ -67,7 +66,7 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
   MotorState motors() override;
 
   glm::dvec3 force_N();  ///< that the device renders now
-  /// What another program does to one of our effects; as upload() and erase() answer it.
+  /// Another program tries to erase one of our effects; the answer is that of erase().
   int erase_as_other(int id) { return erase_as(Owner::other, id); }
 
  private:

@@ -19,8 +19,8 @@ struct HidDeviceInfo {
 };
 
 struct HidRead {
-  /// `away`: it was unplugged, and is looked for. `returned`: once after that; it has lost what it was told before, and its
-  /// counters begin anew.
+  /// `away`: the device was unplugged, and is looked for. `returned`: once after that; it has lost what it was told before,
+  /// and its counters begin anew.
   enum class Status { report, nothing, interrupted, away, returned, gone } status = Status::nothing;
   std::size_t size = 0;  ///< bytes of the report; if the buffer is smaller, the report was cut
 };

@@ -10,7 +10,7 @@
 ///
 /// `gain` * full_scale_N is the largest force; the default is a quarter, because such devices can break thumbs. The driver
 /// itself keeps to it, and sets the device's own gain to its maximum: there is firmware that ignores the device gain
-/// (simulated_board.h), and a driver that counts on it would render 1 / gain of each force.
+/// (simulated_board.h), and a driver that counts on it would make each force 1 / gain times as large there.
 ///
 /// Reports are those of Linux' hid-pidff: Direction Enable alone, if there is one, addresses X (90 degrees) and Y (0
 /// degrees); otherwise the bit of the axis does. As for Linux and DirectInput, a positive magnitude pushes away from where
@@ -50,7 +50,7 @@ struct PidOptions {
   /// Empty: for ever. Rounded to the device's unit and limited to what its field can hold. On a device without such a field,
   /// effects do not end by themselves.
   std::optional<Duration> effect_duration = Duration{500'000'000};
-  /// Which way a positive magnitude pushes differs between devices; true: the other way than Linux means it.
+  /// Which way a positive magnitude pushes differs between devices; true: opposite to what Linux means.
   std::array<bool, pid::kAxes> reversed_force{};
   bool springs = false;  ///< also create one condition effect for each axis whose spring's sign is known
   /// Whether a positive coefficient pushes away from the center instead of towards it, as it was measured on this device.
@@ -107,8 +107,8 @@ class PidDriver final : public HapticDevice {
   bool is_read_only() const { return !options_.full_scale_N; }
 
   /// `sequence` counts the position reports received; PID reports are not numbered, so `lost` stays 0. `drivable` is false
-  /// while the device reports that it renders nothing: it is paused, or a switch, the power or the actuators are off that it
-  /// has reported on before. (Firmware that never sets such a bit does not mean it.) Once the device was unplugged it stays
+  /// while the device reports that it renders nothing: it is paused, or a switch, the power or the actuators are off after
+  /// it has reported them on. (Firmware that never sets such a bit does not mean it.) Once the device was unplugged it stays
   /// false for ever, because the effects are lost and cannot be created in a tick.
   DeviceSample read(RealTime now) override;
   /// Counts as written at the time of the last read. Throws DeviceError if the driver is read-only, not started or gone.

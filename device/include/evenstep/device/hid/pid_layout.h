@@ -123,7 +123,7 @@ struct PidLayout {
   std::optional<PidStateLayout> state;
 };
 
-/// The error: all that a constant force needs and the descriptor lacks.
+/// The error lists all that a constant force needs and the descriptor lacks.
 Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& descriptor);
 
 /// A value of a report as the transport delivers it; empty if the report is too short.
@@ -135,8 +135,8 @@ bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_
 inline bool choose(std::span<std::byte> report, const PidChoice& choice) {
   return set_raw(report, choice.where.field, choice.where.index, choice.value);
 }
-/// Seconds per count of a duration field: by its unit exponent if its unit is one of time, otherwise a millisecond, which is
-/// what devices mean.
+/// Seconds per count of a duration field: given by its unit exponent if its unit is one of time, otherwise a millisecond,
+/// which is what devices mean.
 double seconds_per_count(const FieldLayout& duration);
 /// By convention 0xFFFF means for ever, whatever the logical range.
 inline constexpr std::uint32_t kPidInfinite = 0xFFFF;

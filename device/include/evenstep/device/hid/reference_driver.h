@@ -7,7 +7,7 @@
 /// count and counts no loss. One read handles at most 1024 reports; the rest wait for the next read. Before the first report
 /// the position is 0.
 ///
-/// Where a clock is followed, `taken_at` is that of the newest report, also in a sample that is not fresh.
+/// If a clock is followed, `taken_at` is that of the newest report, even in a sample that is not fresh.
 
 #include <cstddef>
 #include <cstdint>

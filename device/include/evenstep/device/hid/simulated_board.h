@@ -1,14 +1,14 @@
 #pragma once
 /// Force feedback boards of the PID class as their firmware really behaves, in software. Each is a second reading of the
-/// standard beside SimulatedPidDevice: it takes the bytes of reports apart by what its own firmware knows of them, with no
-/// code of the driver's and without a parser of descriptors. The firmwares were read, not run:
+/// standard, beside SimulatedPidDevice: it takes the bytes of reports apart as its own firmware does, without code of the
+/// driver's and without a parser of descriptors. The firmwares were read, not run:
 ///
 /// openffboard-1, -2: OpenFFBoard with one and two axes (August 2026). Its state report never has the safety switch set. It
-/// pushes away from where an effect's direction points: X = -sin, Y = cos. Spring blocks are by axis only once a second one
-/// was used; until then the first block acts along the direction, with the direction's sign (-cos along Y), and along any
-/// axis that it was set for. With one axis, Axes Enable and Direction Enable have the logical range 0..0. Its
-/// largest coefficient is 4.06 times full scale over half the travel, unless set otherwise. Stop All Effects also turns the
-/// motors off.
+/// pushes away from where an effect's direction points: X = -sin, Y = cos. A spring's blocks are by axis only once a second
+/// block was used; until then the first block acts along the direction, with the direction's sign (-cos along Y), and along
+/// any axis that it was set for. With one axis, Axes Enable and Direction Enable have the logical range 0..0. Its largest
+/// coefficient is 4.06 times full scale over half the travel, unless set otherwise. Stop All Effects also turns the motors
+/// off.
 ///
 /// arduino: ArduinoJoystickWithFFBLibrary (January 2024). It takes the first direction for both axes if Direction Enable is
 /// set alone (axis byte 4), otherwise one direction for each axis, enabled or not: X = sin, Y = -cos. It has no state

@@ -1,5 +1,5 @@
 #pragma once
-/// What the motors of a simulated device really do, as a person holding it would notice, whatever its driver believes.
+/// What the motors of a simulated device really do, as a person who holds it would notice, whatever its driver believes.
 
 #include <cstdint>
 #include <optional>
@@ -19,7 +19,7 @@ struct MotorState {
   double largest_N = 0;            ///< length of the largest force so far
   glm::dvec3 largest_along_N{0};   ///< size of the largest force along each axis so far
   Duration unrenewed;              ///< longest time so far that a force was rendered without a new output report
-  /// If it was away: the largest force that somebody asked it for meanwhile, in vain.
+  /// If the device was away: the largest force that was asked for meanwhile, in vain.
   std::optional<double> asked_away_N;
   std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
@@ -41,7 +41,7 @@ class MotorLog {
   void heard(RealTime at);
   /// From `at` on this is the force.
   void render(RealTime at, const glm::dvec3& force_N);
-  /// It is away from `at` on, and renders nothing.
+  /// The device is away from `at` on, and renders nothing.
   void lose(RealTime at);
   /// While it was away, somebody asked for this force.
   void ask_away(const glm::dvec3& force_N);

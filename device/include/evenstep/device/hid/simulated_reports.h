@@ -2,7 +2,7 @@
 /// What all simulated devices have in common, whatever their reports look like: one report per tick with the position of a
 /// programmed motion, or of a hand that feels forces, queued as by real drivers; and faults on the way, at given ticks.
 ///
-/// A device that was unplugged and returns is lost at its tick, and found when a program finds it that looks for it
+/// A device that is unplugged and returns is lost at its tick, and is back when a program that looks for it finds it
 /// (looked_for.h); the hand that holds it feels nothing meanwhile.
 ///
 /// Tick k falls on tick_time(rate, k, first_tick). Nothing runs by itself: `advance(now)` carries out all ticks up to now.
@@ -54,7 +54,7 @@ struct SimulatedDeviceOptions {
   RealTime first_tick;  ///< time of tick 0 (the phase)
   QueuePolicy queue = QueuePolicy::hidraw;
   std::int64_t unplug_at_tick = -1;  ///< from this tick on the device is gone
-  /// After it was unplugged, from this tick on it is plugged in again. It is there once the program has found it
+  /// After the device was unplugged, it is plugged in again from this tick on. It is there once the program has found it
   /// (looked_for.h). -1: never. Not for devices that play PID effects, which their driver cannot make anew.
   std::int64_t return_at_tick = -1;
   Duration force_delay;  ///< from the writing of a force until the hand feels it; unused without a hand
@@ -70,7 +70,7 @@ struct SimulatedDeviceOptions {
 struct SimulatedReport {
   std::int64_t tick = 0;
   glm::dvec3 position_m{0};
-  std::uint64_t other = 0;  ///< not 0: not a position but what the device has pushed
+  std::uint64_t other = 0;  ///< not 0: no position, but a report of another kind with this content
   enum class Shape { whole, cut, longer, unknown_id } shape = Shape::whole;
   std::int64_t bytes = 0;  ///< for `cut` and `longer`
 };
@@ -85,7 +85,7 @@ class SimulatedReports {
   /// `now` must not decrease. The call that finds a device again carries out no tick. Throws HandDiverged, but only once:
   /// from then on the device stays where it was, as if released.
   void advance(RealTime now);
-  /// It is not there: for ever, or only `away`.
+  /// The device is not there: for ever, or only `away`.
   bool is_gone() const { return presence_ != Presence::here; }
   /// It was unplugged, and is looked for.
   bool is_away() const { return presence_ == Presence::away; }

@@ -6,8 +6,8 @@
 /// time of the tick in whole microseconds (rounded down). Reads and writes look at the clock first: all ticks up to
 /// clock.now() have then reported. So a reader that sleeps through a stall finds what a real queue would contain. A hand
 /// feels the last output report from `force_delay` after it was written; a device that is gone renders no force. After the
-/// device was unplugged every call returns `gone`, even if reports are still queued, as with hidapi; one that returns is
-/// `away` until then, rejects what is written, and then counts reports and time anew.
+/// device was unplugged every call returns `gone`, even if reports are still queued, as with hidapi. A device that will
+/// return is `away` instead and rejects what is written; once it is back it counts reports and time anew.
 
 #include <cstdint>
 

@@ -1,10 +1,10 @@
 #pragma once
-/// A Haply Inverse3 by the service of its maker: positions in metres, forces in newtons, three axes. docs/inverse3.md says
-/// what is sent when, and which public clients say what a field means.
+/// A Haply Inverse3 through the service of its maker: positions in metres, forces in newtons, three axes. docs/inverse3.md
+/// says what is sent when, and which public clients say what a field means.
 ///
 /// Its axes are the service's: by default X to the right, Y away from the user, Z up. Position 0 is where `origin_m` says.
-/// From its construction on the link sends a zero force to this device, because the service answers nothing else; other
-/// forces follow after start().
+/// From the driver's construction on the link sends a zero force to this device, because the service says nothing unasked;
+/// other forces follow after start().
 
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -22,7 +22,7 @@ struct Inverse3Options {
   std::string device_id;             ///< empty: the only one
   glm::dvec3 origin_m{0};            ///< position 0, as the service counts
   bool shared = false;               ///< take the device even if the service says that it is in use
-  Duration silence{10'000'000'000};  ///< without a position for so long the run ends
+  Duration silence{10'000'000'000};  ///< the run ends after this long without a position
 };
 
 struct Inverse3Counters {
@@ -42,9 +42,9 @@ class Inverse3Driver final : public HapticDevice {
   void start() override;
   void stop() noexcept override;
   /// A sample is `drivable` while the device is calibrated, and fresh if a message with its position has come. While the
-  /// link looks for a service that is away it is neither, and nothing is posted; what returns must have the same device, not
-  /// used by another program, and the tick in which it does is not drivable either. Throws DeviceError when the connection
-  /// has ended for ever, or brought no position for `silence`.
+  /// link looks for a service that is away a sample is neither, and nothing is posted. A service that returns must have the
+  /// same device, not used by another program, and the sample of that tick is not drivable either. Throws DeviceError when
+  /// the connection has ended for ever, or brought no position for `silence`.
   DeviceSample read(RealTime now) override;
   /// Throws DeviceError before start() and after stop().
   void write(const glm::dvec3& force_N) override;

@@ -3,8 +3,8 @@
 /// The driver lies above this interface; below it are the socket (inverse3_socket.h) and a simulated service.
 ///
 /// The service answers every message with one of its own, and says nothing unasked. So the link sends all the time, at a
-/// rate of its own: the newest text that was posted, or, if nothing was posted for a while, the one that was given for that
-/// case. So a program that hangs pushes nobody.
+/// rate of its own: the newest text that was posted or, if nothing was posted for a while, the text given to rest(). Thus a
+/// program that hangs pushes nobody.
 
 #include <string>
 #include <utility>
@@ -18,16 +18,16 @@ class Inverse3Link {
   enum class Read { message, nothing, away, returned, gone };
   virtual ~Inverse3Link() = default;
   /// The newest message since the last call; those before it are dropped. `away`: the connection has ended, and a new one is
-  /// tried. `returned`: once after that; first_message() is the new one, nothing is posted, and rest() has to be called
-  /// again, or reject(). `gone`: the connection has ended, for ever, and `text` says why. Never waits.
+  /// tried. `returned`: once after that; first_message() is that of the new connection, nothing is posted, and the caller
+  /// has to call rest() again, or reject(). `gone`: the connection has ended, for ever, and `text` says why. Never waits.
   virtual Read read(std::string& text) = 0;
-  /// What has returned is not what was lost: the connection is closed, and another one tried for as long as is left. Never
-  /// waits.
+  /// What has returned is not what was lost: the connection is closed, and another one is tried for the time that is left.
+  /// Never waits.
   virtual void reject(std::string /*why*/) {}
   /// What is sent from now on. Never waits.
   virtual void post(std::string text) = 0;
-  /// What is sent if nothing was posted for `hold`, an option of the link, and last of all. Until this is called, the
-  /// message that asks for all devices.
+  /// What is sent if nothing was posted for `hold` (an option of the link), and as the very last message. Until this is
+  /// called, that is the message that asks for all devices.
   virtual void rest(std::string text) = 0;
   /// The first message of the service.
   virtual const std::string& first_message() const = 0;  ///< changes in read() alone

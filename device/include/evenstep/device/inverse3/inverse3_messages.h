@@ -2,7 +2,7 @@
 /// What the Haply Inverse Service and its clients say to each other: JSON texts. docs/inverse3.md has every field that is
 /// used, with the public clients that say so; no other field is looked at.
 ///
-/// A message comes from outside and is not trusted. It is read without a tree in memory and refused as a whole if it is no
+/// A message comes from outside and is not trusted. It is read without a tree in memory and refused as a whole if it is not
 /// JSON, is longer or deeper than the limits below, or has a used field of another type. Whatever it says besides is
 /// skipped.
 
@@ -17,8 +17,8 @@
 
 namespace evenstep {
 
-inline constexpr std::size_t kLongestInverse3Message = 65536;  ///< bytes; 40 devices with all that is known of them
-inline constexpr int kDeepestInverse3Message = 32;             ///< objects and lists in each other; the service's have 6
+inline constexpr std::size_t kLongestInverse3Message = 65536;  ///< bytes: 40 devices with all that is known of them
+inline constexpr int kDeepestInverse3Message = 32;             ///< nested objects and lists; the service nests 6
 inline constexpr std::size_t kMostInverse3Devices = 64;        ///< in one message
 inline constexpr std::size_t kLongestInverse3Id = 64;
 /// No coordinate of a device that stands on a table is further away from its base.
@@ -35,7 +35,7 @@ struct Inverse3State {
 /// The devices in the list `inverse3` of a message; none if there is no such list. The error is for people.
 Result<std::vector<Inverse3State>> read_inverse3_message(std::string_view message);
 
-/// The message that has the device push with this force, which must be finite. `device_id` as in Inverse3State.
+/// The message that makes the device push with this force, which must be finite. `device_id` as in Inverse3State.
 std::string inverse3_force_message(std::string_view device_id, const glm::dvec3& force_N);
 /// The message that asks for all devices, with all that is known of them.
 std::string inverse3_inventory_message();

@@ -24,10 +24,10 @@ namespace evenstep {
 
 struct Inverse3SocketOptions {
   Rate update_rate{2000, 1};
-  Duration hold{100'000'000};        ///< after the last post the link sends what rest() gave
+  Duration hold{100'000'000};        ///< this long after the last post the link sends what rest() gave
   Duration patience{2'000'000'000};  ///< for the connection and the first message, together
-  Duration returns{0};               ///< for a connection that has ended to be there again; 0: it is gone at once
-  bool remote = false;               ///< also an address that is not of this machine
+  Duration returns{0};               ///< how long a connection that has ended is tried again; 0: it is gone at once
+  bool remote = false;               ///< allow an address of another machine
 };
 
 /// What became of the messages that were sent.
@@ -64,7 +64,7 @@ class Inverse3Socket final : public Inverse3Link {
 bool built_with_inverse3();
 
 /// The devices of the service at the address, without taking one. None if nobody listens there, nothing is said within a
-/// quarter of a second, or it is no Inverse Service. Where nobody listens it does not wait.
+/// quarter of a second, or it is not an Inverse Service. If nobody listens it does not wait.
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address& address);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// A Haply Inverse Service with one Inverse3, in software, and the link to it. A second reading of what the service says,
-/// from other clients than the driver's (docs/inverse3.md); no code of the driver's is used.
+/// A Haply Inverse Service with one Inverse3, in software, and the link to it. It is a second reading of what the service
+/// says, taken from other clients than the driver's was (docs/inverse3.md); no code of the driver's is used.
 ///
 /// In every device tick the link sends what is due and the service answers; a force that is posted is also sent at once.
 /// Positions and forces are printed as single-precision numbers, as the service does. A force stays until another one comes
@@ -31,7 +31,7 @@ struct SimulatedInverse3Options {
   glm::dvec3 origin_m{0};                   ///< where the hand's position 0 is, as the service counts
   Duration hold{100'000'000};               ///< of the link
   bool in_use = false;                      ///< another program has the device
-  std::optional<RealTime> uncalibrated_at;  ///< from then on it is not calibrated, and says nonsense of its position
+  std::optional<RealTime> uncalibrated_at;  ///< from then on it is not calibrated, and its positions are nonsense
 };
 
 class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
