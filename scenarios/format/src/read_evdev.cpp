@@ -79,7 +79,7 @@ std::vector<Field> EvdevSpec::fields() {
                .full_scale = "Its force at the largest level, measured or from its data sheet. Without it the device is "
                              "only read, and "
                              "no expectation may be about its force.",
-               .reversed_force = "Axes along which the device pushes the other way than Linux means it; measure it.",
+               .reversed_force = "Axes along which the device pushes opposite to what Linux means; measure it.",
                .axes = "x|y",
                .signed_axes = "x|y|-x|-y",
                .longest_effect_s = 32}),

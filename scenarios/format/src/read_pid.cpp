@@ -105,7 +105,7 @@ std::vector<Field> PidSpec::fields() {
                    "the device "
                    "is only read, and no expectation may be about its force.",
                .reversed_force =
-                   "Axes along which the device pushes the other way than Linux and DirectInput mean it; measure it.",
+                   "Axes along which the device pushes opposite to what Linux and DirectInput mean; measure it.",
                .axes = "x|y|z",
                .signed_axes = "x|y|z|-x|-y|-z",
                .longest_effect_s = 60}),
