@@ -19,7 +19,7 @@ std::string refused(const std::string& what, int error, const std::string& remed
   return what + " refused: " + std::generic_category().message(error) + (may_be_allowed ? " (" + remedy + ")" : "");
 }
 
-/// struct sched_attr of the kernel, in its first version; glibc 2.36 has none.
+/// The kernel's struct sched_attr in its first version; glibc 2.36 does not declare it.
 struct Scheduling {
   std::uint32_t size = sizeof(Scheduling), policy = 0;
   std::uint64_t flags = 0;
@@ -28,8 +28,8 @@ struct Scheduling {
   std::uint64_t runtime_ns = 0, deadline_ns = 0, period_ns = 0;
 };
 
-/// Asks for a time slice of the calling thread, which must have the ordinary policy; 0: the system's own. The slice that it
-/// has then, or 0 if this kernel knows none.
+/// Asks for a time slice for the calling thread, which must have the ordinary policy; 0 asks for the system's default.
+/// Returns the slice that the thread then has, or 0 if this kernel has no slices.
 std::int64_t ask_for_slice(std::uint64_t slice_ns) {
   Scheduling now;
   if (syscall(SYS_sched_getattr, 0, &now, sizeof(now), 0U) != 0 || now.policy != SCHED_OTHER) return 0;
@@ -39,7 +39,7 @@ std::int64_t ask_for_slice(std::uint64_t slice_ns) {
   return static_cast<std::int64_t>(now.runtime_ns);
 }
 
-constexpr std::uint64_t kShortestSlice_ns = 100'000;  // the kernel grants no less
+constexpr std::uint64_t kShortestSlice_ns = 100'000;  // the kernel grants no shorter one
 
 }  // namespace
 

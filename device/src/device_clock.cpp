@@ -13,14 +13,14 @@ constexpr std::int64_t kMostSlope = 100;  // 1 / 100
 constexpr Duration kSetForward{50'000'000}, kSetBack{100'000'000};
 constexpr Duration kOldestReport{1'000'000'000};
 
-/// Whether the turn a, b, c is to the left: b lies below the line from a to c.
+/// Whether a, b, c turn left: b lies below the line from a to c.
 template <class Point>
 bool is_below(const Point& a, const Point& b, const Point& c) {
   const auto dx1 = static_cast<__int128>(b.device_ns - a.device_ns), dx2 = static_cast<__int128>(c.device_ns - a.device_ns);
   return dx1 * (c.offset_ns - a.offset_ns) > dx2 * (b.offset_ns - a.offset_ns);
 }
 
-/// The edge of the lower hull of the points, which are in order, that lies over their mean.
+/// The edge of the lower hull of the points, which are sorted, that spans their mean device time.
 template <class Points, class Point = typename Points::value_type>
 std::pair<Point, Point> edge_over_mean(const Points& points) {
   std::vector<Point> hull;
@@ -92,7 +92,7 @@ void DeviceClock::note(Point point) {
   gap_from_ns_ = device_ns_;
 }
 
-/// At the end of a block: the line below the lowest points of the last blocks.
+/// At the end of a block: fits the line below the lowest points of the last blocks.
 void DeviceClock::fit() {
   if (!block_) return;
   if (block_->first.offset_ns - line_.at(block_->first.device_ns) > kSetBack.ns) return restart();
@@ -126,7 +126,7 @@ DeviceClock::Line DeviceClock::line_below(const std::vector<Point>& points) {
   return line;
 }
 
-/// Without the least age.
+/// Its times are those before the least age is subtracted.
 RealTime DeviceClock::in_order(RealTime taken, RealTime read) {
   RealTime least = read - kOldestReport;
   if (last_taken_) least = std::max(least, std::min(*last_taken_ + Duration{1}, read));

@@ -9,7 +9,7 @@ namespace {
 
 glm::dvec3 diagonal(const Symmetric& k) { return {k.xx, k.yy, k.zz}; }
 
-/// The axis that is nearest to a normal; the first of several.
+/// The axis that is nearest to a normal; of several equally near ones, the first.
 int axis_of(const glm::dvec3& normal) {
   int axis = 0;
   for (int i = 1; i < 3; ++i)

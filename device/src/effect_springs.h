@@ -1,5 +1,5 @@
 #pragma once
-/// What the springs of a device that plays effects are in N/m, for drivers and simulated devices alike. `Options` have the
+/// The springs of a device that plays effects, in N/m, for drivers and simulated devices alike. `Options` contain the
 /// travel, the full scale, and the slope if it is known.
 
 #include <algorithm>
@@ -7,14 +7,14 @@
 
 namespace evenstep::internal {
 
-/// Of the largest coefficient at full gain: as it is given, or the full scale over half the travel.
+/// The slope of the largest coefficient at full gain: as given, or the full scale over half the travel.
 template <class Options>
 double full_slope_N_per_m(const Options& options, int axis) {
   return options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis]
                                     : *options.full_scale_N / (options.travel_m[axis] / 2);
 }
 
-/// The stiffest spring that a device can render by itself on all of the first `axes` axes that are used.
+/// The stiffest spring that a device can render by itself on every used axis among the first `axes`.
 template <class Options>
 double steepest_spring_N_per_m(const Options& options, int axes) {
   double least_N_per_m = std::numeric_limits<double>::infinity();
@@ -25,7 +25,7 @@ double steepest_spring_N_per_m(const Options& options, int axes) {
   return least_N_per_m;
 }
 
-/// The same slope in what a simulated device counts in: full scales per half travel.
+/// The slope of the largest coefficient in a simulated device's own unit: full scales per half travel.
 template <class Options>
 double full_steepness(const Options& options, int axis) {
   if (!options.full_slope_N_per_m) return 1;

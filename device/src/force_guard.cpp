@@ -112,7 +112,7 @@ GuardState ForceGuard::state() const {
   return reason_ == GuardState::armed && authority_ < 1 ? GuardState::ramping : reason_;
 }
 
-/// The first reason for a cut; armed if there is none.
+/// The first reason for a cut; `armed` if there is none.
 GuardState ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) const {
   const RealTime last_fresh = fresh_samples_ == 0 ? RealTime{} : hand_[(fresh_samples_ - 1) % hand_.size()].at;
   if (!tick.sample.drivable) return GuardState::cut_device;

@@ -1,9 +1,9 @@
 #pragma once
 /// The thread that writes to a real device, so that no caller waits for the cable, and that looks for the device when it was
-/// unplugged. What waits is sent in the order of the calls; a newer force takes the place of one that still waits.
+/// unplugged. Waiting items are sent in the order of the calls; a newer force takes the place of one that still waits.
 ///
-/// `Item` is what is sent, with a member `bool newest`: a later one may take its place. `Handle` is what the thread that
-/// reads needs after the device is back.
+/// `Item` is what is sent; its member `bool newest` says that a later item may take its place. `Handle` is what the reading
+/// thread needs once the device is back.
 
 #include <algorithm>
 #include <chrono>
@@ -37,11 +37,11 @@ class LiveSender {
     virtual std::optional<Handle> find() = 0;
   };
 
-  /// The device that was unplugged is looked for four times a second for `patience`; 0: it is gone at once. The cable must
-  /// live longer.
+  /// A device that was unplugged is looked for four times a second for `patience`; 0: it is gone at once. The cable must
+  /// outlive the sender.
   LiveSender(const WallClock& clock, Duration patience, Cable& cable)
       : clock_(clock), patience_(patience), cable_(cable), waiting_(kMostWaiting), thread_([this] { run(); }) {}
-  /// Goes on sending what waits for at most a second.
+  /// First goes on, for at most a second, sending what waits.
   ~LiveSender() {
     {
       const std::lock_guard lock(mutex_);
@@ -55,13 +55,13 @@ class LiveSender {
   LiveSender& operator=(const LiveSender&) = delete;
 
   /// Queues what `fill` writes into an Item. If it is `newest` it takes the place of a waiting one for which `same` holds.
-  /// `rejected`: the queue is full, or the device away.
+  /// `rejected`: the queue is full, or the device is away.
   template <class Same, class Fill>
   HidWrite put(bool newest, Same same, Fill fill) {
     const std::lock_guard lock(mutex_);
     if (presence_ == Presence::gone) return HidWrite::gone;
     Item* slot = nullptr;
-    // Searches from the back, up to the first that must keep its place, so that none is moved ahead of such a one.
+    // Searches from the back, up to the first item that must keep its place, so that no item is moved ahead of it.
     for (std::size_t i = count_; newest && i > 0 && !slot; --i) {
       Item& other = waiting_[(first_ + i - 1) % kMostWaiting];
       if (!other.newest) break;
@@ -78,7 +78,7 @@ class LiveSender {
     work_.notify_one();
     return HidWrite::ok;
   }
-  /// Counts something that is not even queued.
+  /// Counts something that is not even queued as rejected.
   HidWrite reject() {
     const std::lock_guard lock(mutex_);
     if (presence_ == Presence::gone) return HidWrite::gone;
@@ -90,12 +90,12 @@ class LiveSender {
     const std::lock_guard lock(mutex_);
     return presence_;
   }
-  /// What the thread that reads goes on with, once after the device came back.
+  /// What the reading thread goes on with; has a value once after each return of the device.
   std::optional<Handle> take_returned() {
     const std::lock_guard lock(mutex_);
     return std::exchange(returned_, std::nullopt);
   }
-  /// The thread that reads has noticed that the device is gone. What it still reads from may be the device of before.
+  /// The reading thread has noticed that the device is gone; with a return pending, it has only noticed the old handle.
   Presence lose() {
     const std::lock_guard lock(mutex_);
     if (!returned_) lose_device();
@@ -105,7 +105,7 @@ class LiveSender {
     std::unique_lock lock(mutex_);
     idle_.wait_for(lock, at_most, [&] { return (count_ == 0 && !sending_) || presence_ != Presence::here; });
   }
-  /// Calls it while nothing is being sent, and holds back what waits; false: something is.
+  /// Calls `call` and holds back what waits meanwhile; false: something is being sent, so it was not called.
   template <class Call>
   bool between_sends(Call call) {
     const std::lock_guard lock(mutex_);
@@ -114,7 +114,7 @@ class LiveSender {
     return true;
   }
 
-  /// How many were taken by put() and refused afterwards.
+  /// How many items were taken by put() and refused afterwards.
   std::int64_t refused() const {
     const std::lock_guard lock(mutex_);
     return refused_;
@@ -134,7 +134,7 @@ class LiveSender {
   /// How long the destructor waits for the queue to be sent.
   static constexpr Duration kFarewell{1'000'000'000};
 
-  /// With the lock.
+  /// Call with the lock held.
   void lose_device() {
     if (presence_ != Presence::here) return;
     ++times_unplugged_;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
+/// A device's own name goes to terminals and logs, so control characters become '?'.
 
 #include <string>
 #include <utility>

@@ -20,7 +20,7 @@ double over(double damping_N_s_per_m, double lost_s) {
   return lost_s > 0 ? damping_N_s_per_m / lost_s : std::numeric_limits<double>::infinity();
 }
 
-/// By how much a spring that the device renders itself answers earlier, on average.
+/// How much earlier, on average, a spring answers that the device renders itself.
 double sooner_s(const LoopDelays& loop) { return (loop.period_s - loop.own_period_s) / 2; }
 
 double shortest_period_s(const LoopDelays& loop) { return loop.own_N_per_m > 0 ? loop.own_period_s : loop.period_s; }

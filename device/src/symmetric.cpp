@@ -14,7 +14,7 @@ template <std::size_t N>
 void rotate(Matrix<N>& a, Matrix<N>& v, std::size_t p, std::size_t q) {
   if (a[p][q] == 0) return;
   const double ratio = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-  // The smaller of the two roots, which turns by at most 45 degrees. If the square overflows it is 0, which is right.
+  // The smaller of the two roots, which turns by at most 45 degrees. If the square overflows, the root is 0, which is right.
   const double t = (ratio < 0 ? -1 : 1) / (std::abs(ratio) + std::sqrt(ratio * ratio + 1));
   const double c = 1 / std::sqrt(t * t + 1), s = t * c;
   const double off = a[p][q];

@@ -49,7 +49,7 @@ void main() {
 }
 )GLSL";
 
-/// Block coordinates to right, up and to the eye from the center.
+/// Takes block coordinates to (right, up, to the eye), measured from the view's center.
 glm::mat4 seen_from(const View& view) {
   glm::mat4 seen(1);
   const std::array<glm::dvec3, 3> rows{view.right, view.up, view.to_eye};
@@ -138,8 +138,8 @@ class GlCanvas final : public Canvas {
   const std::string& device() const override { return device_; }
 
  private:
-  /// Of all corners and ends, in their order, those of this share of the whole: of `count` from `first` on, which are so
-  /// many to a triangle or a line.
+  /// Draws those of the `count` corners or ends from `first` on that lie in this share of the whole list; `each` of them
+  /// make a triangle or a line.
   void draw_between(GLenum what, GLsizei each, GLsizei first, GLsizei count, int from, int to) const {
     const auto whole = static_cast<std::int64_t>(corners_) + ends_;
     const auto at = [&](int share) {
@@ -219,7 +219,7 @@ class GlCanvas final : public Canvas {
     corners_ = static_cast<GLsizei>(corners.size());
     for (std::size_t n = 0; n < mesh.lined_faces; ++n) {
       const auto& [a, b, c, d] = mesh.faces[n];
-      // Surfaces are closed: an edge of two faces is run through in both directions, and drawn in one.
+      // Surfaces are closed: the two faces of an edge run through it in opposite directions, and one of them draws it.
       for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, d), std::pair(d, a)})
         if (from < to) corners.insert(corners.end(), {from, to});
     }

@@ -17,7 +17,7 @@ bool names(const char* list, std::string_view name) {
   return list != nullptr && (" " + std::string(list) + " ").find(" " + std::string(name) + " ") != std::string::npos;
 }
 
-/// The displays to try, in this order: those of devices that are no software, those that are, Mesa's without a surface.
+/// The displays to try, in this order: those of hardware devices, those of software devices, Mesa's without a surface.
 std::vector<EGLDisplay> displays() {
   std::vector<EGLDisplay> hardware, software;
   if (gl().platform_display == nullptr) return {};
@@ -63,7 +63,7 @@ EGLContext context_on(EGLDisplay display, std::string& why) {
 Result<std::unique_ptr<GlContext>, DrawError> GlContext::open() {
   if (!gl().missing.empty()) return Failure(DrawError{"OpenGL cannot be loaded: " + gl().missing, kRemedy});
   std::string why = "EGL knows no device";
-  // A display is never closed: others of this process may draw on it.
+  // A display is never closed: other parts of this process may draw on it.
   for (EGLDisplay display : displays()) {
     if (display == EGL_NO_DISPLAY) continue;
     const EGLContext context = context_on(display, why);

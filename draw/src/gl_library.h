@@ -1,5 +1,5 @@
 #pragma once
-/// The functions of EGL and OpenGL ES that are called. libEGL is opened by the first of them, and gives those of OpenGL ES.
+/// The functions of EGL and OpenGL ES that are called. The first call opens libEGL, which provides those of OpenGL ES.
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -29,11 +29,11 @@ struct GlLibrary {
   EVENSTEP_EGL_FUNCTIONS(EVENSTEP_DECLARE)
   EVENSTEP_GL_FUNCTIONS(EVENSTEP_DECLARE)
 #undef EVENSTEP_DECLARE
-  // Of extensions; null where they are not there.
+  // Functions of extensions; null where an extension is missing.
   PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;
   PFNEGLQUERYDEVICESTRINGEXTPROC device_string = nullptr;
   PFNEGLGETPLATFORMDISPLAYEXTPROC platform_display = nullptr;
-  std::string missing;  ///< what is not there, in the words of the dynamic linker; empty: all is
+  std::string missing;  ///< what is missing, in the words of the dynamic linker; empty: nothing
 };
 
 const GlLibrary& gl();

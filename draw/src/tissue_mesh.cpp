@@ -26,7 +26,7 @@ constexpr std::array<Side, 6> kSides{{
     {{0, 0, 1}, {{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}}},
 }};
 
-/// Vertices 0 and 1 along x, 2 and 3 along y, 4 and 5 along z: first the positive one.
+/// Vertices 0 and 1 lie along x, 2 and 3 along y, 4 and 5 along z; the positive one comes first.
 constexpr std::array<std::array<std::uint32_t, 3>, 8> kOctahedron{
     {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
 glm::dvec3 octahedron_vertex(int n) {
@@ -92,7 +92,7 @@ constexpr std::array<Face, 10> kArrowFaces{{{0, 3, 2, 1},
                                             {10, 11, 12, 12},
                                             {11, 8, 12, 12}}};
 
-/// Two unit vectors across `along`, and across each other.
+/// Two unit vectors, perpendicular to `along` and to each other.
 std::array<glm::dvec3, 2> across(const glm::dvec3& along) {
   const glm::dvec3 other = std::abs(along.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 x = glm::normalize(glm::cross(other, along));

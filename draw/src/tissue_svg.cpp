@@ -101,7 +101,7 @@ std::string tissue_svg(const Mesh& mesh, const View& view, const SvgPicture& pic
     svg += drawn.lined ? "z\"/>\n" : "z\" stroke=\"none\" shape-rendering=\"crispEdges\"/>\n";
   }
   svg += "</g>\n";
-  for (const auto& [from_m, to_m] : mesh.arrows_m) {  // what the block hides of it shows through
+  for (const auto& [from_m, to_m] : mesh.arrows_m) {  // drawn last: the part that the block hides shows through
     const Point from = pixel_of(view.clip(from_m), picture), to = pixel_of(view.clip(to_m), picture);
     svg += fmt::format(
         "<path d=\"M{} {}L{} {}\" stroke=\"#000\" stroke-opacity=\".6\" stroke-width=\"7\" stroke-dasharray=\"14 9\"/>\n"

@@ -41,7 +41,7 @@ std::string shuffled(const std::vector<std::int64_t>& values) {
   return out;
 }
 
-/// By zlib, if it is there.
+/// Packed by zlib, if it is installed.
 std::optional<std::string> packed(const std::string& bytes) {
   using Bound = unsigned long (*)(unsigned long);
   using Compress = int (*)(unsigned char*, unsigned long*, const unsigned char*, unsigned long, int);
@@ -106,8 +106,8 @@ int Columns::add(std::span<const double> values) {
     before = values[i];
   }
   double quantum = high > low ? std::max(std::ldexp(high - low, -40), std::ldexp(jump, -29)) : std::abs(high);
-  if (!(quantum > 0) || !std::isfinite(quantum)) quantum = 1;  // all are 0, or none is finite
-  // Whole multiples must fit 53 bits, or the page could not read them.
+  if (!(quantum > 0) || !std::isfinite(quantum)) quantum = 1;  // all values are 0, or none is finite
+  // Whole multiples must fit 53 bits, otherwise the page could not read them.
   if (low <= high) quantum = std::max(quantum, std::ldexp(std::max(std::abs(low), std::abs(high)), -52));
   std::vector<std::int64_t> whole;
   std::int64_t last = 0;

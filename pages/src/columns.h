@@ -1,6 +1,6 @@
 #pragma once
-/// Columns of numbers for a page, small: each is rounded to a quantum of its own, its first or second differences are kept
-/// as 32 bits, all bytes of one significance together, and zlib packs the whole. Times in ns stay exact.
+/// Columns of numbers for a page, made small: each is rounded to a quantum of its own, its first or second differences are
+/// kept as 32 bits, all bytes of one significance together, and zlib packs the whole. Times in ns stay exact.
 
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@ class Columns {
  public:
   /// Both give the number of the column in the page; equal columns have the same number.
   int add(std::span<const std::int64_t> values);
-  /// Not finite values become null in the page. The quantum is 2^-40 of the range of the values, or 2^-30 of the largest
+  /// Values that are not finite become null in the page. The quantum is 2^-40 of the values' range, or 2^-29 of the largest
   /// difference of neighbours if that is more.
   int add(std::span<const double> values);
 

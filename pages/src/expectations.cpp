@@ -53,7 +53,7 @@ std::string said(const ExpectationResult& result) {
   return fmt::format("value {}, limit {}, margin {}", value_text(result), limit_text(result), margin_text(result));
 }
 
-/// What stands below a row: why it is expected, and where it does not hold.
+/// The text below a row: why this is expected, and where it does not hold.
 Html more_of(const ExpectationResult& result) {
   const auto line = [](const Html& text) { return element("span", {{"class", "more"}}, text); };
   Html more;

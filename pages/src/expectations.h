@@ -8,11 +8,11 @@
 
 namespace evenstep::internal {
 
-/// Lines of `file` are named by their number alone, those of others with their file.
+/// Lines of `file` are named by their number alone, lines of other files with the file's name.
 Html expectations_table(std::span<const ExpectationResult> results, const std::string& file);
 
-/// The limit stands at the same place in every bar, and what holds is on the shaded side of it. A value is a dot if it
-/// holds, and a cross if not; one that is off the scale is at the end of the bar.
+/// The limit is at the same place in every bar, and values that hold are on its shaded side. A value is a dot if it holds,
+/// and a cross if not; a value that is off the scale is at the end of the bar.
 Html margin_bar(const ExpectationResult& result);
 
 /// The link to a line of a file that is shown on the page.

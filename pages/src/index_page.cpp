@@ -18,7 +18,7 @@ using Runs = std::vector<const IndexedRun*>;
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
-/// A link to a file below the page's folder: whatever the name is, it leads nowhere else.
+/// A link relative to the page's folder: no name can turn it into one with a scheme or a host.
 std::string address(const std::string& path) {
   std::string out = "./";
   for (const char c : path) {

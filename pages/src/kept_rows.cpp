@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::size_t kParts = 1000;
 constexpr std::int64_t kAround = 3;  // segments before and after a place that matters
-constexpr std::int64_t kMiddle = 6;  // segments on each side of the middle, where a page opens
-constexpr std::size_t kPlaces = 12;  // late forces per strategy: the first ones; the latest is always there
+constexpr std::int64_t kMiddle = 6;  // segments on each side of the run's middle, where a page opens
+constexpr std::size_t kPlaces = 12;  // the first late forces of each strategy that are kept; the latest always is
 
 /// Numbers per segment if all are kept: six columns per step and two for each device, two per tick.
 double numbers_per_segment(const RunRecord& run) {
@@ -21,7 +21,7 @@ double numbers_per_segment(const RunRecord& run) {
   return numbers / segments;
 }
 
-/// The segment in which it is `at`.
+/// The segment that contains the time `at`.
 std::int64_t segment_at(const StrategyRecord& strategy, RealTime at) {
   const auto after = std::upper_bound(strategy.segments.begin(), strategy.segments.end(), at,
                                       [](RealTime t, const SegmentRow& row) { return t < row.begin; });

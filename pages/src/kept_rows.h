@@ -14,16 +14,16 @@
 namespace evenstep::internal {
 
 struct KeptSegments {
-  std::int64_t every = 1;       ///< every so manieth segment is whole; 1: all are
-  std::set<std::int64_t> also;  ///< and these
+  std::int64_t every = 1;       ///< one segment in this many is whole; 1: all are
+  std::set<std::int64_t> also;  ///< these segments are whole too
   bool holds(std::int64_t segment) const { return every == 1 || segment % every == 0 || also.contains(segment); }
 };
 
-/// As many segments as bring the page's numbers to about `most_numbers`.
+/// Keeps as many segments as bring the page to about `most_numbers` numbers.
 KeptSegments kept_segments(const RunRecord& run, std::span<const ExpectationResult> results, std::int64_t most_numbers);
 
-/// Of rows with these values, those to keep, in order: all that are `whole`, and the extremes of the others. Both have an
-/// element per row.
+/// Which rows to keep, in order: all that are `whole`, and of the others those with extreme values. `whole` and `values`
+/// have an element per row.
 std::vector<std::size_t> kept_rows(const std::vector<bool>& whole, std::span<const double> values);
 
 }  // namespace evenstep::internal

@@ -69,7 +69,7 @@ Html verdict_badge(std::string_view verdict) {
   return element("span", {{"class", look}}, sign + Html(verdict));
 }
 
-/// Only our own scripts and styles; nothing is fetched, sent, embedded or submitted, but for what a live page asks for.
+/// Only our own scripts and styles; nothing is fetched, sent, embedded or submitted, except for what a live page fetches.
 std::string policy_of(const Page& page) {
   const bool charts = !page.charts.empty();
   const auto hash = [](const PageFile& file) { return fmt::format(" 'sha256-{}'", file.sha256); };

@@ -24,7 +24,7 @@ std::vector<Value> picked(const std::vector<Value>& values, const std::vector<st
   return out;
 }
 
-/// The axis along which the device moves farthest; a device that does not move has its forces' one.
+/// The axis along which the device moves farthest; if it does not move, the axis of its largest force.
 std::size_t main_axis(const RunRecord& run, std::size_t device) {
   std::array<double, 3> moved{}, pushed{};
   for (const StrategyRecord& strategy : run.strategies) {
@@ -162,7 +162,7 @@ class StrategyCharts {
             {"force", columns_.add(picked(force, rows))}};
   }
 
-  /// Ticks come in order, so the search goes on where it was.
+  /// Ticks come in order, so the search goes on where it stopped.
   std::int64_t segment_of(RealTime at) {
     const auto& rows = strategy_.segments;
     while (segment_hint_ + 1 < rows.size() && rows[segment_hint_ + 1].begin <= at) ++segment_hint_;

@@ -98,7 +98,7 @@ Html states(const SweepHeader& header, const SweepSummary& summary) {
   return table(caption, {{"verdict"}, {"state"}, {"what"}, {"points", true}}, rows);
 }
 
-/// Which states no point reached, which fails a sweep whatever its points did; nothing if all were, or it cannot be said.
+/// The states that no point reached, which fail a sweep whatever its points did; empty if all were, or this is not known.
 Html unreached(const SweepHeader& header, const SweepSummary& summary) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < header.sometimes.size() && summary.judges_states; ++i) {

@@ -32,7 +32,7 @@ RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
   if (!moves()) return in_order(read + latency_);
   if (last_read_) move(read - *last_read_);
   const RealTime emission = in_order(read + latency_);
-  // The first emission can only be repaired because of a force without a slot, and the sizing pass does not know those.
+  // in_order() can move the first emission only because of a force without a slot, which the sizing pass does not know.
   const RealTime effective_read = last_read_ ? emission - latency_ : read;
   const bool interpolated = options_.emission == Emission::linear && last_read_;
   learn(interpolated ? *last_read_ : effective_read, ended);

@@ -30,7 +30,7 @@ bool within(const OneEuroSpec& spec, double) {
   return positive(spec.min_cutoff_Hz) && has_slope && positive(spec.derivative_cutoff_Hz);
 }
 
-/// How many samples it takes until less than a billionth is left, if each one leaves this factor.
+/// How many samples it takes until less than a billionth is left, if each sample leaves this factor.
 double samples_to_settle(double factor_per_sample) {
   constexpr double kLeft = 1e-9;
   if (!(factor_per_sample < 1)) return std::numeric_limits<double>::infinity();

@@ -82,8 +82,8 @@ void Reachable::step(std::int64_t jump) {
 }
 
 /// Keeps the part in which `inside`, a linear function, is not negative. The two new corners are rounded `along` the cut
-/// towards each other; where they would pass each other, the polygon is thinner than a fraction and ends at its last
-/// corners instead.
+/// towards each other. Where they would pass each other, the polygon is thinner than a fraction, and its last corners are
+/// kept instead.
 template <class Inside>
 void Reachable::cut(Inside inside, State on_cut, std::int64_t State::*along, Round leaving) {
   const auto count = corners_.size();
@@ -157,7 +157,7 @@ class Tube {
 Duration least_latency_with_jump(std::span<const StepTimes> steps, Duration jump) {
   if (steps.empty()) return {};
   const Tube tube(steps, jump);
-  // The rounded best line takes a jump of up to 2 ns, so at a jump of less it may just miss its own tube.
+  // The rounded best line has jumps of up to 2 ns, so if a smaller jump is allowed it may just miss its own tube.
   Duration enough = best_line(steps).latency;
   Duration too_little = least_path(steps).latency - Duration{1};
   while (enough - too_little > Duration{1}) {

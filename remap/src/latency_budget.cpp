@@ -61,7 +61,7 @@ LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> 
   return budget;
 }
 
-/// Most ticks of any phase in (R, S]: m of them span at least floor((m - 1) / rate), so m = ceil((S - R) * rate).
+/// The most ticks, at any phase, in (R, S]: m of them span at least floor((m - 1) / rate), so m = ceil((S - R) * rate).
 std::size_t most_ticks(Rate rate, Duration span) {
   return span.ns <= 0 ? 0 : static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{span.ns}));
 }

@@ -9,19 +9,19 @@ namespace {
 
 // Chosen by measurement on the recordings and on random schedules (docs/numerics.md).
 constexpr double kMostJump = 0.07;     // A / P
-constexpr double kPull = 3;            // k N^: an error is pulled out within a segment, to e^-3
+constexpr double kPull = 3;            // k N^: within a segment an error shrinks to e^-3 of its size
 constexpr double kMostPull = 0.25;     // k
 constexpr double kVelocityPull = 0.3;  // how much of the missing velocity a step makes up for; stable below 2
 constexpr double kSlowest = 0.1;       // v / P > 0: the map is strictly monotone
 constexpr double kFastest = 3;         // v / P
-constexpr double kHang_segments = 4;   // a segment longer than that, and than H, says little about the pace
+constexpr double kHang_segments = 4;   // a segment longer than this, and than H, says little about the pace
 constexpr double kHungCounts_segments = 2;
-constexpr double kStart_paces = 4;        // a first segment that took so much longer per step than the next is forgotten
+constexpr double kStart_paces = 4;        // a first segment that took this much longer per step than the next is forgotten
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
-constexpr double kFall = 0.9;             // of P at one boundary, below which v falls along
+constexpr double kFall = 0.9;             // if P falls below this share at one boundary, v falls with it
 constexpr double kLeastPeriod_ns = 1.0;
-constexpr double kMostPeriod_ns = 1e12;  // slots that go on by a tenth of it stay within the range of RealTime
-// A slot that is a whole number of ns may come out less by the rounding of sums; it must not be floored to 1 ns less.
+constexpr double kMostPeriod_ns = 1e12;  // slots that advance by a tenth of it stay within the range of RealTime
+// Rounded sums may put a slot slightly below a whole number of ns; it must not be floored to 1 ns less.
 constexpr double kRounding_ns = 0x1p-10;
 
 }  // namespace
@@ -39,7 +39,7 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
 void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   const bool acquiring = pace_ns_ == 0;
   const double measured_ns = static_cast<double>((end - boundary_).ns);
-  if (past_.count == 1 && pace_ns_ > kStart_paces * measured_ns / static_cast<double>(steps)) {  // the past is a start
+  if (past_.count == 1 && pace_ns_ > kStart_paces * measured_ns / static_cast<double>(steps)) {  // the past was a slow start
     past_ = {};
     known_ = 0;
   }
@@ -54,7 +54,7 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   pace_ns_ = std::clamp(past_.length_ns / past_.steps, kLeastPeriod_ns, kMostPeriod_ns);
   if (!hung) learn_places(length_ns, steps);
   if (acquiring) {
-    // The slot of the next step is the boundary, one pace on.
+    // One pace further, the slot of the next step is the boundary.
     velocity_ns_ = pace_ns_;
     origin_ = end;
     remainder_ns_ = -pace_ns_;
@@ -98,7 +98,7 @@ void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
   velocity_ns_ = pace_ns_;
 }
 
-/// Where the slot of this step ought to be, from the boundary on.
+/// Where the slot of this step ought to be, measured from the boundary.
 double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
   const double even_ns = static_cast<double>(i) * pace_ns_;
   const double late_ns = static_cast<double>((begin - boundary_).ns) - even_ns - usual_ns(i);
@@ -106,8 +106,8 @@ double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
   return even_ns + late_ns - std::clamp(late_ns, -idle_ns, idle_ns);
 }
 
-/// While the pace is known from one segment alone: whether that was a start (kernels compile), because now steps come four
-/// times as fast, and the slots lead by more than one of its steps.
+/// Used while the pace is known from one segment alone: whether that segment was a slow start (kernels compile), because
+/// steps now come four times as fast and the slots are more than one of its steps ahead.
 bool PhaseLockedMap::runs_ahead_of_start(std::int64_t i, double error_ns) const {
   const std::size_t place = std::min(static_cast<std::size_t>(i), kPlaces - 1);
   const double slow_ns = static_cast<double>(place) * pace_ns_ / kStart_paces;
@@ -117,7 +117,7 @@ bool PhaseLockedMap::runs_ahead_of_start(std::int64_t i, double error_ns) const 
 void PhaseLockedMap::follow(double error_ns) {
   const double most_ns = kMostJump * pace_ns_;
   const double pull = std::min(kPull * past_.count / past_.steps, kMostPull);
-  const double bend_ns = most_ns / (pull * pull);  // beyond it a constant most_ns brakes later than the pull would
+  const double bend_ns = most_ns / (pull * pull);  // beyond it, braking by a constant most_ns starts later than the pull
   const double size_ns = std::abs(error_ns);
   const double faster_ns = size_ns <= bend_ns ? pull * size_ns : std::sqrt(2 * most_ns * (size_ns - bend_ns / 2));
   const double slowest_ns = std::max(kSlowest * pace_ns_, kLeastPeriod_ns), fastest_ns = kFastest * pace_ns_;

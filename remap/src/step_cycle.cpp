@@ -14,7 +14,7 @@ namespace {
 constexpr double kStandsOut = 1.5;  // factor between the longest short gap and the shortest long one
 constexpr double kRegular = 0.6;
 constexpr double kAlike = 0.01;  // candidates whose regularities differ by less are equally regular
-// At most this many gaps are shuffled, or as many as 64 segments have if that is more: more would tell nothing new.
+// At most this many gaps are shuffled, or those of 64 segments if they are more: further ones would tell nothing new.
 constexpr std::size_t kShuffled = 16'384, kShuffledSegments = 64;
 
 std::int64_t median(std::vector<std::int64_t>& values) {

@@ -15,7 +15,7 @@ namespace {
 
 using internal::kSmooth;  // as `size` concludes
 
-constexpr double kLeastJump = 1e-3;  // steps; with samples of whole nanometres a smaller one is not seen for sure
+constexpr double kLeastJump = 1e-3;  // steps; with samples in whole nanometres a smaller jump may go unseen
 
 double seen(double jump) { return jump < kLeastJump ? 0 : jump; }
 
@@ -40,7 +40,7 @@ std::vector<double> prices_of(const AdviceChoice& choice) {
                              choice.drawings_lost, choice.simulated_lost,  -choice.stiffness_N_per_m,    choice.runs_on_s};
   for (double& price : prices) price = rounded(price);
   // What a choice needs is a price as well: whoever has no such device, solver or simulator cannot pay it.
-  // So is a promise that is missing: with a latency that adapts, nothing late in one run says nothing of the next.
+  // So is a missing promise: with an adaptive latency, a run in which nothing was late says nothing about the next.
   for (const bool need : {choice.needs_stiffness, choice.needs_springs, !choice.governor.empty(), choice.adaptive})
     prices.push_back(need ? 1 : 0);
   return prices;
@@ -77,7 +77,7 @@ const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_
   };
   for (const AdviceChoice& choice : record.choices) {
     if (!choice.on_front || late_share(choice) > 0 || choice.drawings_lost > 0 || choice.simulated_lost > 0) continue;
-    // One that adapts cannot say that nothing will be late, and one that predicts runs on.
+    // An adaptive latency cannot promise that nothing will be late, and a map that predicts runs on.
     if (choice.adaptive || choice.runs_on_s > 0) continue;
     if (choice.needs_springs || !choice.governor.empty() || choice.needs_stiffness != solver_gives_stiffness) continue;
     if (use == nullptr || worth(choice) < worth(*use)) use = &choice;

@@ -24,7 +24,7 @@ constexpr double kWidth = 980, kHeight = 520;
 constexpr Box kLeft{70, 50, 450, 420}, kRight{550, 50, 930, 420};
 constexpr double kLegendRow = 490;
 
-/// What is less is shown there.
+/// The log10; smaller values are shown at `least`.
 double decade_of(double value, double least) { return std::log10(std::max(value, least)); }
 
 /// A number of each choice; of jump and stiffness the log10.
@@ -46,7 +46,7 @@ Range decades(const std::vector<const AdviceChoice*>& choices, Number number) {
   return {std::floor(low), std::max(std::ceil(most(choices, number) + 0.01), std::floor(low) + 1)};
 }
 
-/// The stairs below which (`up`: above which) none of these choices lies, from edge to edge of the plot.
+/// The stairs below which (`up`: above which) none of these choices lies, up to the plot's edges.
 void draw_front(Panel& panel, const Box& box, std::vector<const AdviceChoice*> choices, Number y, bool up,
                 const Stroke& stroke, Svg& svg) {
   std::stable_sort(choices.begin(), choices.end(), [&](const AdviceChoice* a, const AdviceChoice* b) {
@@ -122,7 +122,7 @@ void draw(Svg& svg, const Box& box, const std::vector<const AdviceChoice*>& choi
   Panel panel(svg, box, Axis{{0, 1.08 * most(choices, delay_s)}, "delay, hand to force", "s"}, std::move(y_axis));
   panel.draw_axes(true, true);
   std::vector<const AdviceChoice*> as_it_is = choices;
-  // What makes up the hand's way has no delay, and would be the whole front.
+  // `predict` extrapolates the hand's way and so has no delay: it would be the whole front.
   std::erase_if(as_it_is, [](const AdviceChoice* choice) { return choice->map == "predict"; });
   std::vector<const AdviceChoice*> changed = as_it_is;
   std::erase_if(as_it_is, [](const AdviceChoice* choice) { return !choice->governor.empty(); });

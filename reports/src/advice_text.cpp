@@ -13,7 +13,7 @@ namespace {
 
 using internal::ms;
 
-constexpr double kNoJump = 1e-3;  // steps; times are whole nanoseconds, so what is even jumps by a millionth at most
+constexpr double kNoJump = 1e-3;  // steps; times are whole nanoseconds, so even steps jump by a millionth at most
 
 std::string stiffness(double N_per_m) {
   return N_per_m < 100 ? fmt::format("{:.3g}", N_per_m) : fmt::format("{:.0f}", N_per_m);

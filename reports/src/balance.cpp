@@ -27,7 +27,7 @@ class Ledger {
 
 std::int64_t counter(const DeviceRecord& device, const char* name) {
   const auto found = device.counters.find(name);
-  constexpr double kMost = 9e15;  // a driver of the program's own may say anything
+  constexpr double kMost = 9e15;  // a foreign driver may count anything
   return found == device.counters.end() ? 0 : static_cast<std::int64_t>(std::clamp(found->second, 0.0, kMost));
 }
 
@@ -52,7 +52,7 @@ void check_ticks(const RunRecord& run, const StrategyRecord& strategy, const Dev
                "ticks asked for their force", ticks, "ran");
   ledger.equal(flow.samples + flow.samples_repeated, "samples are in the ring, or were already", ticks, "ticks ran");
   const std::int64_t reports = counter(device, "reports"), stale = counter(device, "stale");
-  if (reports == 0) return;  // it counts none, or none came
+  if (reports == 0) return;  // the driver does not count reports, or none came
   ledger.at_most(stale, "samples were stale", ticks, "ticks ran");
   ledger.at_most(ticks - stale, "ticks had a new report", reports, "reports came");
 }
@@ -71,7 +71,7 @@ void check_steps(const RunRecord& run, const StrategyRecord& strategy, Ledger& l
   ledger.at_most(steps, "steps ended", strategy.steps_begun, "began");
   ledger.at_most(strategy.steps_begun, "steps began", steps + 1, "can have, with the one that the end cut off");
   if (strategy.steps_due) ledger.at_most(strategy.steps_begun, "steps began", *strategy.steps_due, "were due");
-  std::int64_t ticks = 0, underruns = 0;  // of steps that ended
+  std::int64_t ticks = 0, underruns = 0;  // underruns: in steps that ended
   for (const DeviceRecord& device : strategy.devices) {
     ticks += std::ssize(device.ticks);
     underruns += std::count_if(device.steps.begin(), device.steps.end(), [](const StepSample& sample) {
@@ -83,7 +83,7 @@ void check_steps(const RunRecord& run, const StrategyRecord& strategy, Ledger& l
   const auto rows = std::count_if(strategy.underruns.begin(), strategy.underruns.end(),
                                   [&](const UnderrunRow& row) { return row.step < steps; });
   ledger.equal(underruns, "reads and forces were late", rows, "are on the list of underruns");
-  if (!run.keep_rows) return;  // no events either
+  if (!run.keep_rows) return;  // then no events are kept either
   const auto events = [&](const char* name) {
     const auto found = strategy.event_counts.find(name);
     return found == strategy.event_counts.end() ? 0 : found->second;

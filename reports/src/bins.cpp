@@ -11,9 +11,9 @@ namespace evenstep {
 namespace {
 
 constexpr std::int64_t kLeastBins = 20, kWantedBins = 60;
-constexpr std::int64_t kSamplesOfABin = 4;  // of a bin: a line needs three
+constexpr std::int64_t kSamplesOfABin = 4;  // a line needs three
 
-/// Squares of an error and when it was.
+/// Squares of an error, and the time of each.
 struct Squares {
   Rows<RealTime> at;
   Rows<double> square;
@@ -29,7 +29,7 @@ struct Timeline {
   Rows<RealTime> underruns;
 };
 
-/// An empty one whose columns are kept where the rows are.
+/// An empty timeline whose columns are kept where the rows are.
 Timeline timeline_beside(const RowAllocator<StepRow>& rows) {
   const auto squares = [&] { return Squares{Rows<RealTime>(rows), Rows<double>(rows)}; };
   return {{Rows<double>(rows), Rows<Vec3>(rows)}, {}, Rows<RealTime>(rows), squares(), squares(), Rows<RealTime>(rows)};
@@ -104,8 +104,8 @@ bool any_line(const std::vector<internal::Window>& parts) {
   return std::any_of(parts.begin(), parts.end(), [](const internal::Window& part) { return part.size() >= 3; });
 }
 
-/// Distance of each sample from the line of its window, those windows being the whole run's, so that a bin shows its part of
-/// what the run as a whole is judged by. Empty where a window has too few samples for a line.
+/// Distance of each sample from the line of its window. The windows are those of the whole run, so that a bin shows its part
+/// of what the whole run is judged by. Empty where a window has too few samples for a line.
 Rows<std::optional<double>> distances(const Timeline& timeline) {
   const std::span<const double> t(timeline.series.t_s);
   const std::span<const Vec3> x(timeline.series.value);
@@ -158,7 +158,7 @@ std::vector<BinRow> cut(const Timeline& timeline, const BinLayout& layout, RealT
   return rows;
 }
 
-/// The mean time between two steps of the strategy that made most of them.
+/// The mean time between two steps of the strategy that made most steps.
 Duration step_distance(const RunRecord& run, Duration judged) {
   std::int64_t most = 1;
   for (const StrategyRecord& strategy : run.strategies)
@@ -166,7 +166,7 @@ Duration step_distance(const RunRecord& run, Duration judged) {
   return {judged.ns / most};
 }
 
-/// After what the errors of a run repeat themselves: a segment, and there and back again. Bins of whole periods are alike.
+/// The periods after which a run's errors repeat: a segment, and the way there and back. Bins of whole periods are alike.
 std::vector<Duration> periods(const Nominal& nominal) {
   std::vector<Duration> result{nominal.segment};
   for (const Nominal::Device& device : nominal.devices) {
@@ -188,7 +188,7 @@ BinLayout bin_layout(const RunRecord& run) {
     if (count >= kLeastBins) width = period * std::max<std::int64_t>(count / kWantedBins, 1);
   }
   width = std::max(width, std::min(judged, sample * kSamplesOfABin));
-  // A rest that is shorter than half a bin is added to the last one.
+  // A remainder that is shorter than half a bin is added to the last bin.
   return {run.nominal.judged_from, width, std::max<std::int64_t>((judged.ns + width.ns / 2) / width.ns, 1)};
 }
 

@@ -57,7 +57,7 @@ Rows<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std
                          std::span<const SpringRow> springs, const RowAllocator<double>& beside) {
   assert(springs.empty() || (springs.size() == t.size() && delay_s == 0));
   Rows<double> energy_J(t.size(), 0, beside);
-  std::size_t felt = 0;  // changes that are in the past: force_N[felt - 1] is felt
+  std::size_t felt = 0;  // how many changes the hand has felt: force_N[felt - 1] acts on it
   for (std::size_t n = 1; n < t.size(); ++n) {
     const Vec3 way_m = internal::minus(x[n], x[n - 1]);
     double work_J = 0, from_s = t[n - 1];
@@ -70,7 +70,7 @@ Rows<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std
     }
     if (!springs.empty()) {
       const SpringRow& spring = springs[n - 1];
-      // The springs' part of the force was not held during the tick.
+      // The springs' part of the force was not held constant during the tick.
       work_J -= dot(spring_force_N(spring, x[n - 1]), way_m);
       work_J += stored_J(spring, x[n - 1]) - stored_J(spring, x[n]);
     }
@@ -132,8 +132,8 @@ std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal
 namespace internal {
 namespace {
 
-/// Adds the predictions of the laws to the measured values. For a tissue, the stiffness is that of the stiffest contact, if
-/// there was one.
+/// Adds the predictions of the laws to the measured values. For a tissue, the stiffness is that of the stiffest contact that
+/// occurred, if any did.
 void put_laws(const DeviceRecord& device, std::map<std::string, double>& values) {
   const LoopRecord& loop = device.loop;
   const auto put = [&](const char* metric, const std::optional<double>& value) {
@@ -153,7 +153,7 @@ void put_laws(const DeviceRecord& device, std::map<std::string, double>& values)
   put("predicted_damping", *loop.damping_per_stiffness_s * played_N_per_m + own_N_per_m * loop.own_gain_s);
 }
 
-/// The share of the whole force at the ticks that the device rendered by itself.
+/// The share of the force, over all ticks, that the device rendered by itself.
 std::optional<double> spring_share(const Rows<Vec3>& x, const Rows<Vec3>& force_N, const Rows<SpringRow>& springs) {
   double by_device = 0, all = 0;
   for (std::size_t k = 0; k < springs.size(); ++k) {

@@ -1,4 +1,4 @@
-// What the terminal, Markdown and the page say in the same words.
+// Phrases that the terminal, Markdown and the page share.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ std::string counted(std::size_t count, std::string_view what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// The only one, or the first and the last.
+/// The only string, or the first and the last.
 std::string span_of(const std::vector<std::string>& sorted) {
   return sorted.size() == 1 ? sorted.front() : sorted.front() + " to " + sorted.back();
 }

@@ -17,7 +17,7 @@ constexpr std::size_t kMostCells = 7;
 constexpr std::size_t kMostMarkdownBytes = 60'000;
 constexpr std::size_t kMostMarkdownRows = 100;
 
-/// Run, signal, metric, A, B, change, what that is. The name of the run is left out where there is only one.
+/// Run, signal, metric, A, B, change, kind of change. The name of the run is left out if there is only one run.
 std::vector<std::string> cells_of(const ComparisonRecord& record, const ComparedFigure& figure) {
   std::vector<std::string> cells;
   if (record.runs.size() > 1) cells.push_back(plain_text(record.runs[figure.run].name));
@@ -107,7 +107,7 @@ Json json_of(const ComparisonRecord& record, const ComparedFigure& figure) {
   out["b"] = figure.b ? json_number(*figure.b) : Json(figure.b_word);
   if (figure.has_numbers()) {
     out["difference"] = json_number(figure.difference());
-    out["relative"] = json_number(figure.relative());  // null from 0
+    out["relative"] = json_number(figure.relative());  // null if A is 0
   }
   out["change"] = kChanges.at(static_cast<std::size_t>(figure.change));
   out["breaks"] = Json::array();

@@ -38,11 +38,11 @@ struct Curve {
 struct Signal {
   std::string name, unit;
   double unit_size = 1;
-  const BinnedError* error = nullptr;  ///< the error that is drawn beside the deviation; none of these bins need have it
+  const BinnedError* error = nullptr;  ///< the error drawn beside the deviation; null if no bin has one
   std::vector<std::pair<std::string, std::vector<BinRow>>> strategies;
 };
 
-/// A force's distance from the ideal twin's says more than that from the force without any delay, which contains the
+/// A force's distance from the ideal twin's force says more than its distance from the undelayed force, which contains the
 /// latency.
 const BinnedError* shown_error(const std::vector<std::pair<std::string, std::vector<BinRow>>>& strategies) {
   const BinnedError* shown = nullptr;
@@ -66,7 +66,7 @@ Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<B
   return signal;
 }
 
-/// "from ideal", as it fits beside a panel
+/// "from ideal": short enough to fit beside a panel
 std::string short_name(std::string_view error) {
   return error == "deviation_from_ideal" ? "from ideal" : std::string(error);
 }

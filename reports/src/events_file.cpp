@@ -120,8 +120,8 @@ std::string event_text(const StrategyRecord& strategy, std::size_t index) {
                      event.chained_hash);
 }
 
-/// The number of equal events at the begin. The hashes are chained, so once they differ they always differ, and the first
-/// difference is a partition point.
+/// The number of equal events at the beginning. The hashes are chained, so once they differ they always differ, and a binary
+/// search finds the first difference.
 std::size_t equal_prefix(const StrategyRecord& a, const StrategyRecord& b) {
   std::size_t low = 0, high = std::min(a.events.size(), b.events.size());
   while (low < high) {
@@ -152,7 +152,7 @@ const StrategyRecord* find(const std::vector<StrategyRecord>& strategies, const 
   return found == strategies.end() ? nullptr : &*found;
 }
 
-/// The real time of the difference: that of the event there, in the log that has one.
+/// The real time of the difference: the earlier time of the events there, if both logs have one.
 RealTime time_of(const Difference& difference, const StrategyRecord& a, const StrategyRecord& b) {
   RealTime time = kNever;
   const auto index = static_cast<std::size_t>(difference.index);

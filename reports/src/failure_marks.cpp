@@ -14,7 +14,7 @@ const ExpectationResult* failed_on(std::span<const ExpectationResult> results, c
 
 void draw_mark(Svg& svg, double x, const Box& box, double text_y, const std::string& text) {
   svg.line({x, box.top}, {x, box.bottom}, {colour::kPurple, 1.5, "7 4"});
-  const bool on_the_left = x > (box.left + box.right) / 2;  // where there is room for it
+  const bool on_the_left = x > (box.left + box.right) / 2;  // the side that has room for the text
   svg.text({x + (on_the_left ? -6 : 6), text_y}, text, on_the_left ? Svg::Anchor::end : Svg::Anchor::start, 12, true,
            colour::kPurple);
 }

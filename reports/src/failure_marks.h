@@ -14,7 +14,7 @@ namespace evenstep::internal {
 const ExpectationResult* failed_on(std::span<const ExpectationResult> results, const std::string& device,
                                    const std::string& kind);
 
-/// A place on the axis of time.
+/// A place on the time axis.
 struct Mark {
   double at = 0;
   std::string text;

@@ -21,7 +21,7 @@ constexpr double kWidth = 1100, kLegend = 860;
 constexpr internal::Box kCost{90, 50, 840, 430};
 constexpr internal::Box kParts{90, 530, 1080, 730};
 
-// The first three are those of direct, paper and phase_locked in the figures of a run.
+// The first three are the colours of direct, paper and phase_locked in the figures of a run.
 constexpr std::array kColours{internal::colour::kVermilion, internal::colour::kSkyBlue, internal::colour::kBlack,
                               internal::colour::kGreen,     internal::colour::kPurple,  internal::colour::kOrange,
                               internal::colour::kBlue,      internal::colour::kGrey};

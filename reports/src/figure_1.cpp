@@ -16,7 +16,7 @@ namespace {
 using internal::Axis;
 using internal::Range;
 
-// With a legend of one line; further lines move the panels down.
+// For a legend of one line; further lines move the panels down.
 constexpr double kWidth = 900, kHeight = 600, kLegend = 44;
 constexpr internal::Box kUpper{86, 62, 880, 310}, kLower{86, 346, 880, 550};
 internal::Box lowered(internal::Box box, double by) {
@@ -125,7 +125,7 @@ const DeviceRecord* find(const StrategyRecord& strategy, const std::string& devi
   return found == strategy.devices.end() ? nullptr : &*found;
 }
 
-/// The first and the worst place of a failure, as far as they are in the picture; `x_of` gives the value on its axis.
+/// The first and the worst place of a failure, if they are in the picture; `x_of` gives a place's value on the axis.
 template <class XOf>
 std::vector<internal::Mark> marks_of(const ExpectationResult* failed, const Span& span, XOf x_of) {
   std::vector<internal::Mark> marks;

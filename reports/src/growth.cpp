@@ -15,22 +15,22 @@ namespace {
 constexpr std::size_t kLeastBinsToJudge = 10;
 constexpr double kMaterial = 1.25;  // an error that grows by less than a quarter counts as bounded
 
-// The noise of neighbouring bins may be related. What matters for a trend is its strength at the lowest frequencies, which
-// is estimated from the first six cosines over the run; two of them for the unknowns of the fit.
+// The noise of neighbouring bins may be correlated. For a trend its strength at the lowest frequencies matters, which is
+// estimated from the first six cosines over the run, less two degrees of freedom for the unknowns of the fit.
 constexpr int kCosines = 6;
 constexpr double kDegrees = kCosines - 2;
 constexpr double kStudent4 = 2.776;    // 97.5 % of Student's t with 4 degrees of freedom
 constexpr double kStudent6 = 2.447;    // with 6
-constexpr double kLeastNoise = 1e-12;  // of the logarithm, squared: what rounding may leave
+constexpr double kLeastNoise = 1e-12;  // of the logarithm, squared: what rounding may cause
 
 constexpr int kMostTenths = 50;
 constexpr double kMostExponent = kMostTenths / 10.0;
 
-// The share of a series' changes from bin to bin that is there at the lowest frequencies, over the share that those would
-// have if the changes were independent of each other: 1 for a random walk, 0 for noise around a curve.
+// The share of a series' changes from bin to bin that lies at the lowest frequencies, over the share that would lie there
+// if the changes were independent of each other: 1 for a random walk, 0 for noise around a curve.
 constexpr double kWalkLow = 1.237 / kCosines;    // 2.5 % of chi-square with 6 degrees of freedom
-constexpr double kWalkHigh = 10.645 / kCosines;  // 90 %: what is above is smoother than a walk
-constexpr double kResidualWalks = 0.6;           // residuals above it are a walk
+constexpr double kWalkHigh = 10.645 / kCosines;  // 90 %: a series above it is smoother than a walk
+constexpr double kResidualWalks = 0.6;           // residuals with a larger share are a walk
 constexpr std::size_t kBinsToTellWalks = 40;     // with fewer bins, plain noise has such residuals too
 
 using PerBin = std::vector<double>;
@@ -115,8 +115,8 @@ PerBin logarithms(std::span<const double> rms, double most) {
 /// x^p for x in (0, 1].
 double power(double x, double p) { return reproducible::exp(p * reproducible::log(x)); }
 
-/// What t^p can look like if there was an error from the start: it adds to the growth either as another cause does that has
-/// nothing to do with it (squares add up), or as an offset does.
+/// What t^p can look like if there was an error from the start: the two add up either as errors of unrelated causes (their
+/// squares add up), or as a growth on top of an offset.
 double with_start(double grown, double start, bool offset) {
   return offset ? start + grown : std::sqrt(start * start + grown * grown);
 }

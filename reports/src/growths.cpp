@@ -16,8 +16,8 @@ std::string least_growth_of(const BinnedError& error) { return growth_of(error) 
 /// The curves of a fit depend only on the times of the bins, which most signals of a run have in common.
 using GrowthFits = std::map<std::vector<double>, GrowthFit>;
 
-/// A signal goes through some dozens of operations on doubles, each off by up to half a unit in the last place; what is
-/// below so many of them is rounding, whose size says nothing about the run. Smaller errors count as that large.
+/// A signal goes through some dozens of operations on doubles, each off by up to half a unit in the last place. An error
+/// below the sum of these is rounding, whose size says nothing about the run; it counts as this large.
 constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
 
 void add_growths(const std::vector<BinRow>& rows, GrowthFits& fits, std::map<std::string, double>& values) {

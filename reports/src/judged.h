@@ -16,7 +16,7 @@ Rows<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nomina
 double simulation_time_s(const StrategyRecord& strategy, std::size_t n, double slot_s);
 
 /// A vector signal over its own time. Times are relative to the end of warm-up (for the interaction, to the simulation time
-/// of the first judged step), so that a long run loses no digits. Kept where the record is.
+/// of the first judged step), so that a long run loses no digits. The rows are kept where the record's are.
 struct Series {
   Rows<double> t_s;
   Rows<Vec3> value;

@@ -10,7 +10,7 @@ namespace evenstep::internal {
 std::vector<Window> windows(std::span<const double> t, double window_s) {
   std::vector<Window> result;
   if (t.empty()) return result;
-  // The billionth of a window is for k * slot_s that should lie on a boundary, but misses it by a relative error of some
+  // The billionth of a window is for a k * slot_s that should lie on a boundary but misses it by a relative error of about
   // 1e-13.
   const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(std::floor((t[i] - t[0]) / window_s + 1e-9)); };
   std::int64_t current = number(0);

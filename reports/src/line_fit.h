@@ -17,11 +17,11 @@ struct Window {
   std::size_t size() const { return end - begin; }
 };
 
-/// Non-overlapping windows of `window_s` from t[0] on; a sample on a boundary belongs to the next window. A rest that covers
-/// less than half a window is added to the one before.
+/// Non-overlapping windows of `window_s` from t[0] on; a sample on a boundary belongs to the next window. A remainder that
+/// covers less than half a window is added to the window before.
 std::vector<Window> windows(std::span<const double> t, double window_s);
 
-/// The windows of each piece, which begin anew in each.
+/// The windows of all pieces; each piece begins a new window.
 std::vector<Window> windows(std::span<const double> t, std::span<const Window> pieces, double window_s);
 
 /// x minus its least-squares line over t.

@@ -18,7 +18,7 @@ double value_of(const Metrics& metrics, const std::string& signal, const std::st
 
 std::string milliseconds(double value_s) { return fmt::format("{:.3g} ms", 1e3 * value_s); }
 
-/// What a device's force guard and its driver count, and how that reads; those that are 0 are left out.
+/// What a device's force guard and its driver count, and the text for it; counts of 0 are left out.
 struct Counted {
   std::string_view metric, text;
 };
@@ -53,7 +53,7 @@ std::string device_line(const Metrics& metrics, const std::string& device, const
   return line + '\n';
 }
 
-/// Steps that never began, and what became of the forces of the others.
+/// Steps that never began, and what became of the forces of the other steps.
 std::string flow_lines(const Metrics& metrics, const StrategyRecord& strategy) {
   std::string text;
   const std::string solver = "solver." + strategy.name;
@@ -70,7 +70,7 @@ std::string flow_lines(const Metrics& metrics, const StrategyRecord& strategy) {
   return text;
 }
 
-/// What the threads were granted, and how to get the rest.
+/// Which rights the threads were granted, and how to get the rest.
 std::string rights_lines(const LiveRights& rights) {
   std::string threads;
   bool all_granted = rights.memory_locked;

@@ -81,7 +81,7 @@ double saturated(const std::vector<SaturationCauses>& met) {
   return count_of(met, [](SaturationCauses causes) { return !causes.none(); });
 }
 
-/// Whether a piece has so many samples: any two lie on a line, so a line needs three.
+/// Whether a piece has at least this many samples: any two lie on a line, so judging a line needs three.
 bool any_with(std::size_t least, const Pieces& pieces) {
   return std::any_of(pieces.begin(), pieces.end(), [&](const internal::Window& piece) { return piece.size() >= least; });
 }
@@ -112,7 +112,7 @@ void put_step_ratio(Values& values, const Series& series, const Pieces& pieces, 
   put(values, "step_ratio_min", smallest);
 }
 
-/// Distance from the true position: over all steps that know it, and over those around the stop.
+/// Distance from the true position, over all steps that know it and over those around the stop.
 void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
                 std::optional<RealTime> stop) {
   internal::Peak all, at_stop;
@@ -398,7 +398,7 @@ void put_drawings(Values& values, const StrategyRecord& strategy, RealTime from,
   put(values, "drawing_interval_max", seconds(std::max(interval, end - last)));
 }
 
-/// How much time passes in the simulation while a second passes: as many steps as begin, a slot each.
+/// How much simulation time passes per second of real time: one slot for each step that begins.
 void put_pace(Values& values, const StrategyRecord& strategy, const Rows<std::size_t>& steps, double slot_s) {
   if (steps.size() < 2 || strategy.variable_step) return;
   const StepRow &first = strategy.steps[steps.front()], &last = strategy.steps[steps.back()];
@@ -432,15 +432,15 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   return values;
 }
 
-/// The number of ticks of the device's grid before the end of the run that never ran, because one before them ran late. Of a
-/// recording that was cut off, the device lane may have gone on past the end of what both lanes are in.
+/// The number of ticks of the device's grid before the run's end that never ran, because a tick before them ran late. If a
+/// recording was cut off, the device lane may go on past the end of the time that both lanes cover.
 std::int64_t missed_ticks(const Rows<TickRow>& ticks, const Nominal::Device& device, RealTime end) {
   if (!ticks.empty()) end = std::max(end, ticks.back().at + Duration{1});
   return first_tick_at_or_after(device.rate, end, device.first_tick) - std::ssize(ticks);
 }
 
-/// The lateness of all ticks of the strategy that ran live. Shadows and the ideal twin ran in virtual time, where nothing is
-/// late.
+/// The lateness of all ticks of the strategy that ran live. Shadows and the ideal twin ran in virtual time, in which nothing
+/// is late.
 void put_lateness(Values& values, const RunRecord& run) {
   std::vector<std::int64_t> lateness_ns;
   std::int64_t misses = 0;

@@ -20,7 +20,7 @@ std::vector<ParetoPlace> pareto(const std::vector<Prices>& prices) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return prices[a] < prices[b]; });
   std::vector<ParetoPlace> places(prices.size());
-  // What dominates a choice comes before it in this order, and is on the front or dominated by one that is.
+  // Every choice that dominates another comes before it in this order, and is on the front or dominated by one that is.
   for (std::size_t place = 0; place < order.size(); ++place) {
     const std::size_t i = order[place];
     for (const std::size_t f : front) {

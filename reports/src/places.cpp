@@ -109,8 +109,8 @@ MetricSamples each_step(const Source& source, Kind kind, Amount amount) {
   return found;
 }
 
-/// The measures of plain series, sample by sample, within each straight piece: a jump belongs to its middle (or, between
-/// two, to its second) sample.
+/// The measures of plain series, sample by sample, within each straight piece: a velocity jump belongs to the middle one of
+/// its three samples, a change between two samples to the second.
 MetricSamples of_series(MetricSamples found, const internal::Series& series, std::string_view metric,
                         const Rows<MetricSample>& rows, const std::vector<internal::Window>& pieces) {
   const Rows<Vec3>& x = series.value;
@@ -213,7 +213,7 @@ std::optional<MetricSamples> of_buffers(const Source& source, std::string_view m
   return joined(missing(source), late(source));
 }
 
-/// The ticks of the strategy that ran live; with several devices each has its own.
+/// The ticks of the strategy that ran live, of each of its devices.
 std::optional<MetricSamples> of_live_ticks(const RunRecord& run, std::string_view metric) {
   if (metric != "lateness_max") return std::nullopt;
   MetricSamples found{Kind::largest, "tick", "", {}};
@@ -227,8 +227,8 @@ std::optional<MetricSamples> of_live_ticks(const RunRecord& run, std::string_vie
   return found;
 }
 
-/// The failing sample that is named as the worst: the farthest from what it should be; of several that differ by no more
-/// than rounding the first. NaN is worse than anything.
+/// Decides which failing sample is named as the worst: the farthest from what it should be; of several that differ only by
+/// rounding, the first. NaN is worse than anything.
 bool is_worse(const MetricSample& a, const MetricSample& b, bool larger) {
   if (std::isnan(b.amount)) return false;
   const double rounding = 1e-9 * std::abs(b.amount);
@@ -289,7 +289,7 @@ std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string&
 }
 
 void locate(ExpectationResult& result, const MetricSamples& samples, double base_per_unit) {
-  // A largest value that is too small, or too few of something, has no place.
+  // A maximum that is too small, or a count that is too low, has no place.
   const bool least = samples.kind == Kind::least;
   const std::optional<double>& limit = least ? result.min : result.max;
   if (!limit || !result.value || (least ? *result.value >= *limit : *result.value <= *limit)) return;

@@ -19,7 +19,7 @@ using Over = ProgrammedFault::Over;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Duration kLeastWindow{250'000'000};
 constexpr std::int64_t kWindowSegments = 8;
-// What is not felt, and far below what a map changes: only for signals that did not change before the first fault.
+// Cannot be felt, and far below what a map changes: matters only for signals that did not change before the first fault.
 constexpr double kLeastJump_m = 1e-9, kLeastJump_N = 1e-6;
 
 /// The samples of a signal before the first fault, and how large a jump may be after the last one.
@@ -34,7 +34,7 @@ class Jumps {
       greatest_ = std::max(greatest_, jump);
       changes_ += internal::norm(internal::minus(c, b));
       ++count_;
-    } else if (!(jump <= limit())) {  // nor is it, if it is not a number
+    } else if (!(jump <= limit())) {  // true for a NaN too
       last_bad_ = std::max(last_bad_, at);
     }
   }
@@ -49,7 +49,7 @@ class Jumps {
   std::int64_t count_ = 0;
 };
 
-/// The last instants at which something did not hold; 0: it always held after the first fault.
+/// The last instants at which a condition did not hold; 0: it always held after the first fault.
 struct LastBad {
   std::array<RealTime, 3> of;
   bool calm = false;  ///< enough was judged before the first fault
@@ -65,7 +65,7 @@ RealTime last_underrun(const StrategyRecord& strategy, const DeviceRecord& devic
   return last < from ? RealTime{} : last;
 }
 
-/// `window`: only the last so much of the calm is what the latency is compared with; empty: all of it.
+/// The latency is compared with that of the last `window` of the calm before the first fault; empty: with all of the calm.
 RealTime last_late_tick(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
                         const Rows<std::size_t>& ticks, RealTime calm_end, std::optional<Duration> window) {
   const Rows<std::int64_t> sent = internal::sent_steps(strategy, device);
@@ -84,7 +84,7 @@ RealTime last_late_tick(const RunRecord& run, const StrategyRecord& strategy, co
   return last;
 }
 
-/// Limits that a force met, and that none before the first fault did.
+/// The time of the last tick whose force met a limit that no force met before the first fault.
 RealTime last_limited(const DeviceRecord& device, const Rows<std::size_t>& ticks, RealTime calm_end) {
   SaturationCauses usual;
   RealTime last;
@@ -131,7 +131,7 @@ Recovery without(State state, std::string why) {
 
 std::string at(RealTime time) { return fmt::format("{:.6g} s", seconds(time)); }
 
-/// The first that begins, and the last instant of any; a fault that is not over at the end instead.
+/// When the first fault begins and the last one ends; or a fault that is not over at the end.
 struct Span {
   RealTime from, to;
   const ProgrammedFault* open = nullptr;
@@ -149,7 +149,7 @@ Span span_of(const Nominal& nominal, const StrategyRecord& strategy) {
   return span;
 }
 
-/// What does not hold when a run ends that never recovers.
+/// Which conditions do not hold at the end of a run that never recovers.
 std::string unhealed(const Recovery& recovery) {
   constexpr std::array kWhat{"a sample is missing or a force late",
                              "the latency is above what it was before the first fault",

@@ -22,9 +22,9 @@ namespace evenstep {
 namespace {
 
 constexpr std::chrono::milliseconds kLook{5};
-constexpr std::size_t kInMemory = 32 << 20;  // pages of files that may stay: giving them back costs reading them again
+constexpr std::size_t kInMemory = 32 << 20;  // bytes of files that may stay in memory: pages given back must be read again
 
-/// The bytes of files that this process has in memory now (proc(5), statm). All, if the system does not say.
+/// The bytes of files that this process has in memory now (proc(5), statm). SIZE_MAX, if the system does not say.
 std::size_t mapped_in_memory() {
   std::ifstream statm("/proc/self/statm");
   std::size_t size = 0, resident = 0, shared = 0;
@@ -32,11 +32,11 @@ std::size_t mapped_in_memory() {
   return shared * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// A file in the folder that has no name (any more); -1 with errno.
+/// A file in the folder without a name (or whose name is already removed); -1 with errno.
 int nameless_file(const std::string& folder) {
   const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return file;
-  std::string name = folder + "/.evenstep-rows-XXXXXX";  // not every file system can do without
+  std::string name = folder + "/.evenstep-rows-XXXXXX";  // not every file system has nameless files
   const int named = ::mkostemp(name.data(), O_CLOEXEC);
   if (named >= 0) ::unlink(name.c_str());
   return named;
@@ -50,7 +50,7 @@ int nameless_file(const std::string& folder) {
 
 }  // namespace
 
-/// The mappings there are, and the thread that gives their pages back.
+/// All mappings, and the thread that gives their pages back.
 class RowFiles::Mappings {
  public:
   Mappings() : thread_([this] { give_back(); }) {}
@@ -73,7 +73,7 @@ class RowFiles::Mappings {
   }
 
  private:
-  /// Of a shared mapping, MADV_DONTNEED drops the pages from the process and no byte from the file.
+  /// On a shared mapping, MADV_DONTNEED drops pages from the process but loses no byte of the file.
   void give_back() {
     std::unique_lock lock(mutex_);
     while (!ending_) {
@@ -84,7 +84,7 @@ class RowFiles::Mappings {
       if (all_.empty() || mapped_in_memory() < kInMemory) continue;
       for (const auto& [at, bytes] : all_) {
         void* const pages = reinterpret_cast<void*>(at);
-        // What was there when a live run locked its memory (mlockall) need not stay.
+        // Pages that a live run locked with the rest of its memory (mlockall) need not stay.
         if (::madvise(pages, bytes, MADV_DONTNEED) != 0 && errno == EINVAL && ::munlock(pages, bytes) == 0)
           ::madvise(pages, bytes, MADV_DONTNEED);
       }

@@ -8,7 +8,7 @@
 
 namespace evenstep::internal {
 
-/// One for each of `steps` (of `ticks`), which are the judged ones.
+/// The causes for each of `steps` or `ticks`, which are the judged ones.
 std::vector<SaturationCauses> saturation_of_steps(const StrategyRecord& strategy, const DeviceRecord& device,
                                                   std::span<const std::size_t> steps);
 std::vector<SaturationCauses> saturation_of_ticks(const StrategyRecord& strategy, const DeviceRecord& device,

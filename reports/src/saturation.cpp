@@ -12,7 +12,7 @@
 namespace evenstep {
 namespace {
 
-/// `at(i)`: when sample i was.
+/// `at(i)`: the time of sample i.
 template <class At>
 Saturation summary(const std::vector<SaturationCauses>& met, At at) {
   Saturation saturation;
@@ -84,8 +84,8 @@ bool ever_at_range(const DeviceRecord& device) {
                      [](const TickRow& tick) { return tick.saturated.has(SaturationCause::device_position); });
 }
 
-/// Whether a sample that the step's position is made of was at the end of the device's range: the newest one at its read
-/// time, and for a time between two samples also the next one.
+/// Whether a sample from which the step's position is made was at the end of the device's range: the newest one at its read
+/// time and, if that lies between two samples, also the next one.
 bool read_at_range(const StepRow& step, const Rows<TickRow>& ticks) {
   const auto at_range = [](const TickRow& tick) { return tick.saturated.has(SaturationCause::device_position); };
   const auto next = std::upper_bound(ticks.begin(), ticks.end(), std::min(step.read, step.begin),
@@ -111,7 +111,7 @@ std::vector<SaturationCauses> saturation_of_ticks(const StrategyRecord& strategy
   if (strategy.reference || !ever_at_range(device)) return met;
   const Rows<std::int64_t> sent = sent_steps(strategy, device);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    // The force may lie between that of the step that is sent and the next one's.
+    // The force may lie between that of the step that is sent and that of the next step.
     for (const std::int64_t n : {sent[ticks[i]], sent[ticks[i]] + 1}) {
       if (n < 0 || n >= std::ssize(strategy.steps)) continue;
       met[i].add(SaturationCause::device_position, read_at_range(strategy.steps[static_cast<std::size_t>(n)], device.ticks));

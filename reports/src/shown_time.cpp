@@ -36,7 +36,7 @@ std::optional<AnimationError> animation_error(const StrategyRecord& strategy, co
     if (shown.empty() || ready(row(0)) > at) continue;
     while (i + 1 < shown.size() && ready(row(i + 1)) <= at) ++i;
     double now_s = simulated_s(i);
-    // On the line to the next force that is there already, if forces are interpolated and it has slots.
+    // If forces are interpolated and the step has a slot: on the line to the next force that has come already.
     for (std::size_t j = i + 1; !hold && j < shown.size() && row(i).mapped && row(j).begin <= at; ++j) {
       if (arrival(row(j)) > at) continue;
       const double way = seconds(row(j).emission - row(i).emission);

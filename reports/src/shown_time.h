@@ -9,12 +9,12 @@
 
 namespace evenstep::internal {
 
-/// When a force can be sent first: when it is due and there. That of a source without slots is due when it is there.
+/// When a force can first be sent: when it is due and has come. Without slots, a force is due when it comes.
 inline RealTime ready(const StepRow& step) {
   return step.mapped || step.transport.ns == 0 ? std::max(step.emission, arrival(step)) : arrival(step);
 }
 
-/// Those of these steps, in order, whose force comes, and before any later one can be sent.
+/// Those of these steps, in order, whose force comes and can be sent before that of any later one.
 Rows<std::size_t> shown_steps(const StrategyRecord& strategy, const Rows<std::size_t>& steps);
 
 /// Largest and mean absolute value of (Z(t) - Z(t')) - (t - t') over the frames: the judged ticks t that show another

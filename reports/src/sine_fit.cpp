@@ -48,7 +48,7 @@ SineFit fit_sine(std::span<const double> t_s, std::span<const Vec3> x, const Vec
   const SineFit none{kNone, kNone, kNone};
   const double count = static_cast<double>(t_s.size());
   if (t_s.size() < 3) return none;
-  // A sample covers its period. The billionth is because rounded times may miss a whole period by that much.
+  // A sample covers its period. The billionth allows for rounded times that miss a whole period by that much.
   const double covered_s = (t_s.back() - t_s.front()) * count / (count - 1);
   if (covered_s * frequency_Hz < 1 - 1e-9) return none;
   Rows<double> cosine(beside), sine(beside);

@@ -17,7 +17,7 @@ struct SineFit {
 /// Fits a + b cos + c sin of 2 pi f (t - begin) to the component of `x` along `direction` (of any length except 0). The
 /// period need not divide the span; an exact sine is found exactly. All values are NaN for less than one period (a drift
 /// could not be told from the sine) and if the samples cannot show the frequency (two or fewer per period).
-/// What it needs meanwhile is kept with the rows of `beside`.
+/// Its intermediate columns are kept with the rows of `beside`.
 SineFit fit_sine(std::span<const double> t_s, std::span<const Vec3> x, const Vec3& direction, double frequency_Hz,
                  double begin_s, const RowAllocator<double>& beside = {});
 

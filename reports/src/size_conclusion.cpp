@@ -10,7 +10,7 @@ namespace evenstep {
 namespace {
 
 constexpr double kNearBound = 1.25;      // times the pause bound
-constexpr double kMaterial = 0.01;       // a saving below this share of the latency is none
+constexpr double kMaterial = 0.01;       // a saving below this share of the latency does not count
 constexpr std::size_t kMostKinds = 8;    // rows of the table
 constexpr std::int64_t kAlikePart = 10;  // intervals that differ by less than a tenth are alike
 
@@ -70,7 +70,7 @@ std::string compared(const SizeRecord& record, const SizeStrategy& use) {
   return out;
 }
 
-/// What hitches cost: all of them, and the kind of which mending saves most.
+/// What all hitches together cost, and which kind it would save most to mend.
 std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   if (record.hitches.empty()) {
     const std::string usual = "  Nothing took clearly longer than usual: every cycle needs about as much. ";

@@ -14,9 +14,9 @@ inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 
 
 /// The kinds of hitches, and what latency would do without each.
 std::string hitches_text(const SizeRecord& record);
-/// What the latency and the drawings would be with other pauses; empty if nobody asked.
+/// What the latency and the drawings would be with other pauses; empty if not requested.
 std::string what_if_text(const SizeRecord& record);
-/// Which map to use and with what, why it needs that, and the tables of a scenario that say so.
+/// Which map to use with which latency, why it needs that, and the scenario's tables for it.
 std::string conclusion_text(const SizeRecord& record);
 
 }  // namespace evenstep::internal

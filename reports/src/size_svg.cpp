@@ -18,7 +18,7 @@ using internal::Svg;
 constexpr double kWidth = 760, kHeight = 460;
 constexpr internal::Box kPlot{80, 50, 560, 400};
 constexpr double kLegend = 580;       // left edge
-constexpr double kLeastJump = 0.001;  // a line, and any jump below, is shown here
+constexpr double kLeastJump = 0.001;  // the jump of a line, which is 0, and any smaller jump are shown here
 
 double at_jump(double jump) { return std::log10(std::max(jump, kLeastJump)); }
 double at_latency(Duration latency) { return std::log10(std::max(seconds(latency), 1e-6) * 1e3); }

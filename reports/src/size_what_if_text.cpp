@@ -32,7 +32,7 @@ std::string row(const SizeWhatIf& one, std::size_t width) {
                            one.left_out, ms(one.longest_pause), ms(one.longest_without), one.simulated_against_real);
 }
 
-/// What is not the same in every row: the rate, the adaptive latency, what a percentile came to, a budget that was not kept.
+/// What not every row has: the pace, pauses over the budget, the latency for an accepted rate, the adaptive latency.
 std::string more(const SizeRecord& record, const SizeWhatIf& one) {
   std::string parts;
   const auto add = [&](const std::string& part) { parts += (parts.empty() ? "" : "; ") + part; };

@@ -18,8 +18,8 @@ std::int64_t piece_of(const Nominal::Turns& turns, RealTime from, RealTime to) {
   return to <= turns.first + period * piece + turns.straight ? piece : kNoPiece;
 }
 
-/// A read is made of the samples around it. The older one may have been taken up to two periods before: it is up to one
-/// older than the read, and its report up to one older than that.
+/// A read is made from the samples around it. The older sample may have been taken up to two periods before the read: it
+/// came up to one period before the read, and was taken up to one period before it came.
 std::int64_t piece_of_step(const StrategyRecord& strategy, const Nominal::Device& device, const StepRow& step) {
   const Duration period = period_ceil(device.rate);
   const RealTime oldest = std::min(step.read, step.begin) - period - period - strategy.interaction_memory;
@@ -33,7 +33,7 @@ Rows<std::int64_t> pieces_of_steps(const StrategyRecord& strategy, const Nominal
   return pieces;
 }
 
-/// Neighbours with the same number, `number(i)` for i < count, in one window; those without a number in none.
+/// Windows of neighbours i < count with the same `number(i)`; those without a number are in no window.
 template <class Number>
 std::vector<Window> runs_of(std::size_t count, Number number) {
   std::vector<Window> runs;
@@ -76,9 +76,9 @@ std::vector<Window> straight_steps(const StrategyRecord& strategy, const Nominal
   return runs_of(steps.size(), [&](std::size_t i) { return piece_of_step(strategy, *nominal, strategy.steps[steps[i]]); });
 }
 
-/// The force of a tick may be made of the step that it sends, of the one before (while that one's force is late) and of the
-/// next (the other end of the line between two forces). With them the hand itself must be on their piece: a force that is
-/// corrected for where the hand is by now depends on that too.
+/// The force of a tick may be made from the step that it sends, the step before (while the sent one's force is late) and the
+/// next step (the other end of the line between two forces). The hand itself must be on their piece too, because a force may
+/// be corrected for where the hand is by now.
 std::vector<Window> straight_ticks(const StrategyRecord& strategy, const DeviceRecord& device,
                                    const Nominal::Device* nominal, std::span<const std::size_t> ticks) {
   if (!nominal || !nominal->turns) return all_of(ticks.size());

@@ -16,7 +16,7 @@ void count(SweepTally& tally, SweepVerdict verdict) {
 /// By how much a limit is exceeded, as a share of the limit; for a limit of 0, the distance itself.
 double excess_over(double limit, double distance) { return limit == 0 ? distance : distance / std::abs(limit); }
 
-/// By how much a value exceeds its limits, or (negative) how far it is from them. Empty if that has no meaning (an exact
+/// By how much a value exceeds its limits, or (negative) how far it is from them. Empty if that has no meaning (for an exact
 /// value that is met).
 std::optional<double> excess_of(const SweepPoint::Value& judged) {
   if (!judged.value && judged.verdict != SweepVerdict::skipped) return kInfinity;
@@ -43,8 +43,8 @@ SweepSummary::Worst worst_of(const SweepPoint& point) {
   return worst;
 }
 
-/// The value whose failures decide the result: the next one after the value that is found, or the one at the safe end if
-/// none is found.
+/// The value whose failures decide the result: the next one beyond the value that is found, or the one at the safe end if no
+/// value is found.
 std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::optional<SweepSummary::Find>& found) {
   if (!found) return std::nullopt;
   const std::size_t last = header.grid[header.find->axis].values.size() - 1;
@@ -144,7 +144,7 @@ SweepSummary SweepSummarizer::summary() const {
     summary.worst = worst_[*value];
     return summary;
   }
-  // Every value passes: the worst of all.
+  // No value decides, since every value passes: the worst points of all values.
   for (const std::vector<SweepSummary::Worst>& of_value : worst_)
     summary.worst.insert(summary.worst.end(), of_value.begin(), of_value.end());
   std::sort(summary.worst.begin(), summary.worst.end(), is_worse);

@@ -24,10 +24,11 @@ std::string csv_field(const std::string& text);
 /// The number of columns on a terminal: a combining mark takes 0, an East Asian wide character or an emoji 2.
 std::size_t display_width(std::string_view text);
 
-/// The words of a text in lines of at most so many columns, each after `indent` and ended. A word that is wider is a line.
+/// The words of a text in lines of at most so many columns, each after `indent` and with a line end. A wider word has a line
+/// of its own.
 std::string in_lines(std::string_view text, std::size_t columns, std::string_view indent = {});
 
-/// Formats into a stream. A row at a time; what a failing disk does is the stream's to say.
+/// Formats into a stream, a row at a time; a failing disk shows in the stream's state.
 template <class... Values>
 void print(std::ostream& out, fmt::format_string<Values...> text, Values&&... values) {
   fmt::basic_memory_buffer<char, 512> line;

@@ -70,8 +70,8 @@ class Events {
   bool first_ = true;
 };
 
-/// Where each of the slices that begin at these times ends: at the begin of the next one, and the last one at `end`. One
-/// that begins after a later one (the map stepped back) has no length, so that no two of them overlap in part.
+/// Where each of the slices that begin at these times ends: where the next one begins, and the last one at `end`. A slice
+/// that begins after a later one (the map stepped back) has no length, so that no two slices overlap in part.
 Rows<RealTime> ends_of(Rows<RealTime> begins, RealTime end) {
   RealTime next = end;
   for (std::size_t i = begins.size(); i-- > 0;) {
@@ -89,7 +89,7 @@ Rows<RealTime> ends_of(const Rows<Row>& rows, RealTime end, Begin begin) {
   return ends_of(std::move(begins), end);
 }
 
-/// When the force of a step can be felt first.
+/// When the force of a step can first be felt.
 RealTime ready(const StepRow& step) { return std::max(step.emission, step.end + step.transport); }
 
 class Strategy {
@@ -165,7 +165,7 @@ class Strategy {
       events_.slice(forces_track(index), "force", static_cast<std::int64_t>(n), ready(strategy_.steps[n]), ends[n]);
   }
 
-  /// At the begin of each step, how many samples are newer than the one it reads; at its end, how many forces wait for their
+  /// When each step begins, how many samples are newer than the one it reads; when it ends, how many forces wait for their
   /// time, its own included.
   void write_buffers(const DeviceRecord& device) {
     const std::string samples = quoted(device.name + " interaction buffer: newer samples");
@@ -180,7 +180,7 @@ class Strategy {
     }
   }
 
-  /// How many ticks there were up to this instant.
+  /// The number of ticks up to this instant.
   static std::ptrdiff_t ticks_until(const DeviceRecord& device, RealTime at) {
     const auto later = std::upper_bound(device.ticks.begin(), device.ticks.end(), at,
                                         [](RealTime t, const TickRow& tick) { return t < internal::sent_at(tick); });
@@ -188,7 +188,7 @@ class Strategy {
   }
 
   /// From the sample before R(n) to the slot, the step and the force. A read that lies after the begin of its step
-  /// (`predict`) is no station on the way.
+  /// (`predict`) is not shown on the way.
   void write_path(std::size_t index, std::size_t n) {
     const StepRow& step = strategy_.steps[n];
     const DeviceRecord& device = strategy_.devices[index];

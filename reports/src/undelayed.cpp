@@ -17,7 +17,7 @@ struct Touch {
   const TickRow* due = nullptr;
 };
 
-/// The first tick that sends a force, and the first one that should have; only if nothing is touched when judging begins.
+/// The first tick that sends a force, and the first that should have; neither if judging begins in contact.
 Touch first_touch(const DeviceRecord& device, const Rows<std::size_t>& ticks) {
   Touch touch;
   if (norm(*device.ticks[ticks.front()].undelayed_N) >= kFelt_N) return touch;

@@ -1,5 +1,5 @@
 #pragma once
-/// The little vector arithmetic that measures need, what they give where there is no value, and a maximum that never hides
+/// The little vector arithmetic that measures need, what they return where there is no value, and a maximum that never hides
 /// a NaN.
 
 #include <cmath>

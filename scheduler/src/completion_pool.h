@@ -1,5 +1,5 @@
 #pragma once
-/// Started work, at addresses that stay: an executor's thread holds a reference until it has set `done`.
+/// Started work, at addresses that do not change: an executor's thread holds a reference until it has set `done`.
 
 #include <atomic>
 #include <cstdint>
@@ -17,7 +17,7 @@ struct InFlight : Completion {
   InFlight* next = nullptr;  // in the inbox, later in the pool's list
 };
 
-/// Finished entries come back first in, first out, and only those that their executor has let go of are used again.
+/// Finished entries are reused first in, first out, and only after their executor has let go of them.
 class CompletionPool {
  public:
   InFlight& take() {
@@ -50,7 +50,7 @@ class Inbox {
     }
   }
   bool any() const noexcept { return newest_.load(std::memory_order_relaxed) != nullptr; }
-  /// All of it, newest first; the events' keys carry the order.
+  /// All entries, newest first; the order of events comes from their keys.
   InFlight* take_all() noexcept { return newest_.exchange(nullptr, std::memory_order_acquire); }
 
  private:

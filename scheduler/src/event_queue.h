@@ -1,10 +1,10 @@
 #pragma once
-/// The pending events in the order of the contract: (time, lane, sequence) packed into one 128-bit number, so that an
-/// event is compared once. A heap of four children in an array: half the levels of a binary one, and the children of a
-/// node lie side by side; no allocation once the array has grown.
+/// The pending events in the order of the contract: (time, lane, sequence) packed into one 128-bit number, so that one
+/// comparison orders two events. An array holds a heap with four children per node: it has half the levels of a binary
+/// heap, the children of a node lie side by side, and nothing is allocated once the array has grown.
 ///
 /// The lane whose event is being run almost always waits for something next. So taking the first event leaves a gap at
-/// the root, the next push falls into it, and one walk down replaces a walk down and a walk up.
+/// the root, which the next push fills: one walk down replaces a walk down and a walk up.
 
 #include <algorithm>
 #include <cstdint>
@@ -28,7 +28,7 @@ class EventKey {
   constexpr EventKey(RealTime time, Lane lane, std::uint64_t sequence)
       : high_(static_cast<std::uint64_t>(time.ns) ^ kSign),
         low_(static_cast<std::uint64_t>(lane) << kSequenceBits | (sequence & kSequenceMask)) {}
-  /// After every event.
+  /// Comes after every event.
   static constexpr EventKey past_all() {
     EventKey key;
     key.high_ = key.low_ = ~std::uint64_t{0};
@@ -84,12 +84,12 @@ class EventQueue {
   bool empty() const { return count_ == 0; }
   /// The first in the order. Not between take() and close_gap().
   const Item& top() const { return heap_.front(); }
-  /// Removes the first, leaving a gap that the next push() fills. Until then top() is still to be read.
+  /// Removes the first, leaving a gap that the next push() fills.
   void take() {
     gap_ = true;
     --count_;
   }
-  /// After take(), before anything else is asked but push() and size().
+  /// Call it after take(), before anything but push() and size().
   void close_gap() {
     if (gap_) fill_gap_with_last();
   }
@@ -103,14 +103,14 @@ class EventQueue {
  private:
   static constexpr std::size_t kChildren = 4;
 
-  /// Which of two neighbours comes first. An addition, not a choice: which one it is is anybody's guess, and a branch
-  /// guessed wrong costs more than the whole comparison.
+  /// Which of two neighbours comes first. An addition, not a branch: the outcome cannot be predicted, and a mispredicted
+  /// branch costs more than the whole comparison.
   static std::size_t first_of_two(const Item* heap, std::size_t i) { return i + (heap[i + 1].key < heap[i].key); }
 
-  // Both take an item in two parts: copied as a whole, its words would be stored apart and loaded together, for which the
-  // processor waits.
+  // The next two take an item in two parts: copied as a whole, its words would be stored apart and loaded together, which
+  // stalls the processor.
 
-  /// Puts an item into the gap at the root, or below it where no child comes before it.
+  /// Puts an item into the gap at the root, or further down, where no child comes before it.
   void sink(EventKey key, Scheduler::Suspended* lane) {
     Item* const heap = heap_.data();
     std::size_t gap = 0;
@@ -124,7 +124,7 @@ class EventQueue {
     heap[gap].key = key;
     heap[gap].lane = lane;
   }
-  /// As the last leaf, or above it where its parent comes before it.
+  /// Puts an item into a new last leaf, or further up, where its parent comes before it.
   [[gnu::noinline]] void add_leaf(EventKey key, Scheduler::Suspended* lane) {
     heap_.emplace_back();
     std::size_t gap = count_ - 1;
@@ -147,7 +147,7 @@ class EventQueue {
 
   std::size_t count_ = 0;
   std::vector<Item> heap_ = std::vector<Item>(kChildren - 1);  // count_ items, then past_all(): every group is complete
-  bool gap_ = false;                                           // the root was taken: one item more
+  bool gap_ = false;                                           // the root was taken: its place counts as one more item
 };
 
 }  // namespace evenstep::internal

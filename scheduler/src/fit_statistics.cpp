@@ -17,7 +17,7 @@ double log_density(double value, double level, double deviation) {
   return -0.5 * z * z - std::log(deviation);
 }
 
-/// Scaled forward and backward probabilities of "high"; `both[i]` is that of a change of level after value i.
+/// Each value's probability of "high", by scaled forward and backward passes; the expected number of changes of level.
 struct Posterior {
   Sample high;
   double changes = 0;
@@ -31,7 +31,7 @@ Posterior posterior_of(const Sample& values, const TwoLevels& model) {
   Sample low_density(n), high_density(n), forward(n), scale(n);
   double predicted = 0.5;
   for (std::size_t i = 0; i < n; ++i) {
-    // Both are scaled by the larger one, which is then 1: far from both levels they would be 0.
+    // Both densities are divided by the larger one: far from both levels they would be 0.
     const double low_log = log_density(values[i], model.low, model.deviation);
     const double high_log = log_density(values[i], model.high, model.deviation), larger = std::max(low_log, high_log);
     low_density[i] = std::exp(low_log - larger);
@@ -179,8 +179,8 @@ FittedNumber relative_slope(const Sample& times_s, const Sample& values) {
 TwoLevels fit_two_levels(const Sample& values) {
   TwoLevels model;
   const double deviation = std::max(robust_deviation(values), 1e-6);
-  // Starts from the outer tenths of the sample, so that a level which is there less often is one of them. Outliers beyond 5
-  // deviations of the outer twentieths are no third level.
+  // Starts from the outer tenths of the sample, so that the rarer level is one of them. Outliers more than 5 deviations
+  // beyond the outer twentieths are no third level.
   model.low = quantile(values, 0.1);
   model.high = quantile(values, 0.9);
   const double least = quantile(values, 0.05) - 5 * deviation, most = quantile(values, 0.95) + 5 * deviation;

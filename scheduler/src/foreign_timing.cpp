@@ -7,12 +7,12 @@
 namespace evenstep {
 namespace {
 
-/// No time is later, so that sums of a few are far from overflowing.
+/// The latest time allowed, so that sums of a few times are far from overflowing.
 constexpr RealTime kLatest{4'000'000'000'000'000'000};
 
 std::string at(RealTime time) { return std::to_string(time.ns) + " ns"; }
 
-/// What is wrong with a segment after those whose last one began at `before` and whose last step ended at `steps_end`.
+/// What is wrong with a segment, given that the segment before it began at `before` and the last step ended at `steps_end`.
 std::optional<std::string> fault_of(const SegmentTiming& segment, std::optional<RealTime> before, RealTime steps_end) {
   if (!before && segment.begin != RealTime{0})
     return "begins at " + at(segment.begin) + ", and the first must begin at 0 ns";

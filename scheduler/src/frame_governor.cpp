@@ -10,7 +10,7 @@ namespace evenstep {
 namespace {
 
 constexpr std::int64_t kIdleShare = 100;  // a gap is idle time if it is longer than this part of the period
-constexpr std::size_t kUsualOf = 8;       // parts whose mean is as long as a pause that is held
+constexpr std::size_t kUsualOf = 8;       // a held pause is as long as the mean of this many parts
 
 RealTime work_end(const SegmentTiming& segment) {
   RealTime end = segment.begin;
@@ -20,12 +20,12 @@ RealTime work_end(const SegmentTiming& segment) {
 
 Interval moved(const Interval& interval, Duration by) { return {interval.begin + by, interval.end + by}; }
 
-/// Decides what is drawn: which drawings begin, and how much of one in each pause.
+/// Decides what is drawn: which drawings begin, and how much of a drawing in each pause.
 class Drawings {
  public:
   explicit Drawings(const FrameGovernor& governor) : governor_(governor) {}
 
-  /// A drawing of this length should begin. False: it is left out.
+  /// A drawing of this length is due. False: it is left out.
   bool begin(Duration length) {
     const Duration part{(length.ns + governor_.split - 1) / governor_.split};
     const bool merged = rest_.ns > 0;
@@ -39,7 +39,7 @@ class Drawings {
     return false;
   }
   bool under_way() const { return rest_.ns > 0; }
-  /// The part of it for the next pause.
+  /// The part of the drawing for the next pause.
   Duration next() {
     last_ = std::min(rest_, part_);
     if (const auto most = at_most()) last_ = std::min(last_, *most);
@@ -49,7 +49,7 @@ class Drawings {
   std::optional<Duration> at_most() const {
     return governor_.over_budget == OverBudget::merge ? governor_.budget : std::nullopt;
   }
-  /// How long a pause is kept in which less is drawn than usual.
+  /// The least length of a pause in which less is drawn than usual.
   Duration held() const {
     if (!governor_.budget || governor_.over_budget == OverBudget::skip) return {};
     if (usual_.empty()) return *governor_.budget;
@@ -82,10 +82,10 @@ class Drawings {
   }
 
   FrameGovernor governor_;
-  Duration rest_, part_, last_;    // of the drawing under way; last_: its last part
+  Duration rest_, part_, last_;    // of the drawing under way: what is left, its part per pause, its last part
   std::deque<Duration> usual_;     // the last parts drawn
-  std::deque<Duration> expected_;  // of the last drawings, the longest part; 0 if it was left out
-  bool part_begun_ = false;        // no part of the last drawing was measured yet
+  std::deque<Duration> expected_;  // the longest part of each of the last drawings; 0: left out
+  bool part_begun_ = false;        // no part of the last drawing has been measured yet
 };
 
 class GovernedTiming final : public StepTiming {
@@ -179,7 +179,7 @@ class GovernedTiming final : public StepTiming {
     return std::max(earliest, turn_ + Duration{floor_mul_div(grid_->ns, opportunity.part, parts)});
   }
 
-  /// The given segment as it is, where it now begins.
+  /// The given segment unchanged but moved to where it now begins.
   void pass(SegmentTiming& segment) {
     const Duration by = segment.begin - given_.begin;
     if (given_.visualization) segment.visualization = moved(*given_.visualization, by);
@@ -235,8 +235,8 @@ class GovernedTiming final : public StepTiming {
   SegmentTiming given_;           // of the source
   RealTime given_end_;            // of its work
   std::int64_t number_ = -1;      // its number
-  RealTime origin_, turn_, end_;  // the first begin; the turn of the given segment; where the governed work has ended
-  Duration gap_;                  // before the given segment, if it may not begin before that
+  RealTime origin_, turn_, end_;  // the first begin; the turn of the given segment; where the governed work ended
+  Duration gap_;                  // before the given segment, unless it waited for the grid
   std::vector<Opportunity> opportunities_;
   std::size_t opportunity_ = 0;
   bool steps_first_ = false, left_out_ = false;

@@ -21,7 +21,7 @@ inline void run_until_stopped(const BlockingLoop& loop, BlockingClock& clock) {
 
 /// What a sleep does when the run is over.
 inline void leave_loop() {
-  if (std::uncaught_exceptions() == 0) throw Stopped{};  // thrown out of a destructor it would end the program
+  if (std::uncaught_exceptions() == 0) throw Stopped{};  // thrown during unwinding, it would end the program
 }
 
 }  // namespace evenstep::internal

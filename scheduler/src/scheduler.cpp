@@ -27,7 +27,7 @@ struct Scheduler::State {
   internal::TieOrder ties;
   internal::CompletionPool pool;
   internal::Inbox inbox;  // written by executors' threads
-  // By a stop, which any thread may ask for, or by what ends a run for good: one question per event instead of four.
+  // Set by a stop, which any thread may request, and by whatever ends a run for good: one check per event, not four.
   std::atomic<bool> interrupted{false};
   std::int64_t in_flight = 0;  // wall clock: started work whose completion is not in the queue yet
 
@@ -145,9 +145,9 @@ void Scheduler::State::admit_completed() {
     }
     if (clock.wait_until(have_event ? queue.top().key.time() : end) == Wake::notified) continue;
     if (have_event) break;
-    drain();  // what was started may still have been stamped before `end`
+    drain();  // started work may still have been stamped before `end`
   }
-  if (inbox.any()) admit_completed();  // a stamp before the event we waited for runs before it
+  if (inbox.any()) admit_completed();  // work stamped before the event we waited for runs first
   const auto& [key, lane] = queue.top();
   events_at_instant = key.time() == now ? events_at_instant + 1 : 1;
   return within(events_at_instant, options.limits.events_per_instant, "events_per_instant", lane->name, key.time()) &&
@@ -188,7 +188,7 @@ void Scheduler::State::admit_completed() {
   if (handle.done()) note_end_of(handle);
 }
 
-/// One loop with its two halves in it: a call each would cost an event a tenth of its time.
+/// Both halves of the loop are inlined: calling them would cost a tenth of an event's time.
 void Scheduler::State::run(RealTime end, std::int64_t most_events) {
   for (std::int64_t i = 0; i < most_events && advance(end); ++i) run_next();
 }
@@ -220,7 +220,7 @@ Scheduler::Scheduler(Clock& clock, Executor& executor, SchedulerOptions options)
     : state_(std::make_unique<State>(*this, clock, executor, std::move(options))) {}
 Scheduler::~Scheduler() {
   state_->drain();
-  state_->tasks.clear();  // while the rest of the state is there: what ends with a task may still ask for the time
+  state_->tasks.clear();  // while the rest of the state exists: objects that end with a task may still ask for the time
 }
 
 RealTime Scheduler::live_now() const noexcept { return state_->live_now(); }

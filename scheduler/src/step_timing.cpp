@@ -100,7 +100,7 @@ class TakingTurns final : public StepTiming {
   }
 
  private:
-  /// When the segment after one that began at `began` begins.
+  /// When the next segment begins, if this one began at `began`.
   RealTime wake_up(Rate grid, RealTime began) const {
     if (wake_ == WakeUp::absolute_grid)
       return tick_time(grid, first_tick_at_or_after(grid, std::max(end_, began + Duration{1})));
@@ -134,7 +134,7 @@ class TakingTurns final : public StepTiming {
   std::int64_t index_ = 0;
 };
 
-/// Visualizations in a lane of their own, steps without a gap beside them.
+/// Visualizations in a lane of their own, beside steps without gaps.
 class SideBySide final : public StepTiming {
  public:
   explicit SideBySide(const ProgrammedTiming& timing)
@@ -145,7 +145,7 @@ class SideBySide final : public StepTiming {
         visualizations_(timing),
         steps_(timing) {
     assert(timing.visualization.ns > 0 && timing.first_step == 0 && timing.slowdown >= 1);
-    assert(timing.paced || timing.dropped_visualization == 0);  // or a segment would have no length
+    assert(timing.paced || timing.dropped_visualization == 0);  // otherwise a segment could have no length
   }
 
   bool next(SegmentTiming& segment) override {
@@ -213,7 +213,7 @@ namespace {
   return std::all_of(steps.begin(), steps.end(), [](int count) { return count >= 0; });
 }
 
-/// Whether a schedule with these `steps` (those of the beginning or of a change) takes any time: otherwise time would stand
+/// Whether a schedule with these `steps` (the initial ones, or those of a change) takes any time; if not, time would stand
 /// still.
 [[maybe_unused]] bool time_passes(const ProgrammedTiming& timing) {
   const int most_steps = *std::max_element(timing.steps.begin(), timing.steps.end());

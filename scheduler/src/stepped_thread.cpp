@@ -18,7 +18,7 @@ namespace evenstep {
 
 using internal::clock_of_this_thread;
 
-/// The loop's clock, and the baton: whoever has it runs, the other waits.
+/// The loop's clock, and the baton: the side that has the baton runs, the other waits.
 struct SteppedThread::State final : BlockingClock {
   enum class Holder { scheduler, thread };
   struct Sleep {
@@ -34,10 +34,10 @@ struct SteppedThread::State final : BlockingClock {
 
   std::mutex mutex;
   std::condition_variable handed_over;
-  Holder baton = Holder::scheduler;  // the rest: guarded by mutex
+  Holder baton = Holder::scheduler;  // this and the next two: guarded by mutex
   bool stopping = false;
   bool ended = false;
-  std::optional<LaneThread> thread;  // the scheduler's alone, and so is is_stuck
+  std::optional<LaneThread> thread;  // used by the scheduler's side only, as is_stuck
   bool is_stuck = false;
 
   State(Scheduler& s, SteppedThreadOptions o, BlockingLoop l) : scheduler(s), options(o), loop(std::move(l)) {}
@@ -122,8 +122,8 @@ struct SteppedThread::State final : BlockingClock {
   }
 };
 
-/// The thread ends with its lane, also where the scheduler is destroyed first. One that is stuck would not: that error must
-/// reach the caller of run(), who may know how to free it.
+/// Ends the thread with its lane, also if the scheduler is destroyed first. A thread that is stuck would not end: that error
+/// must reach the caller of run(), who may know how to free it.
 struct SteppedThread::EndWithLane {
   State& state;
   ~EndWithLane() {

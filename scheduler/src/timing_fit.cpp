@@ -22,20 +22,20 @@ constexpr double kLeastGain = 14;
 constexpr double kMostLength = 0.2;
 /// A level that has less than this share of the segments must last this many times as long as it would by chance.
 constexpr double kRare = 0.3, kLasting = 1.3;
-/// The number of hits from which the shape of a tail, and the size of a spike, can be told.
+/// The least numbers of hits from which the shape of a tail, and the size of a spike, can be determined.
 constexpr std::int64_t kLeastTail = 10, kLeastSpikes = 5;
-/// The commonest excess must exceed the least one that counts as a hit by this factor to be a spike: close to that least
-/// one, a tail is densest as well.
+/// To be a spike, the commonest excess must exceed the least excess that counts as a hit by this factor: close to that
+/// least one, a tail is densest as well.
 constexpr double kSpikeAboveLeast = 1.5;
 /// A step was hit if it is above the median by this many deviations of the logarithm and by this factor.
 constexpr double kHitDeviations = 6, kLeastHitFactor = 1.2;
-/// Visualizations are hitches if so many are alike and come at equal intervals of at least so many segments. Whatever comes
-/// by chance, three intervals that long are equal to a segment in one of a thousand recordings.
+/// Visualizations are hitches if this many are alike and come at equal intervals of at least this many segments. By chance,
+/// three intervals that long are equal to within a segment in only one of a thousand recordings.
 constexpr std::size_t kLeastHitches = 4;
 constexpr double kLeastHitchInterval = 8;
 /// A slope is clear if it is this many errors from 0 and makes this difference over the recording.
 constexpr double kClearDrift = 4, kLeastDrift = 0.02;
-/// What is left at the end of a drift that shortens all lengths.
+/// A drift that shortens all lengths must leave at least this share of them at the end.
 constexpr double kLeastDrifted = 0.1;
 /// A timing is paced by a grid if T varies by at most this share of what its work varies by, or by this share of T itself.
 constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0.02;
@@ -186,8 +186,7 @@ bool are_two(const TwoLevels& levels) {
   const double share = static_cast<double>(std::count(levels.is_high.begin(), levels.is_high.end(), true)) /
                        static_cast<double>(levels.is_high.size());
   const double length = 1 / levels.leave;
-  // Where each value is at the rarer level whatever the one before was, changes come at a rate of 2 p (1 - p): these are
-  // hits.
+  // Where a value's level does not depend on the value before, it changes at a rate of 2 p (1 - p): such values are hits.
   const double lasts = 2 * share * (1 - share) * length;
   if (std::min(share, 1 - share) < kRare && lasts > 1 / kLasting && lasts < kLasting) return false;
   return length < kMostLength * static_cast<double>(levels.is_high.size()) && levels.gain > kLeastGain &&
@@ -215,8 +214,8 @@ void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit
     visualizations[i] *= mean / (levels.is_high[i] == named_rightly ? high : low);
 }
 
-/// The period of hitches that begin at `times`: the roundest one of which they are the first visualizations at or after each
-/// multiple, otherwise their mean distance.
+/// The period of hitches that begin at `times`: the roundest period for which they are the first visualizations at or after
+/// its multiples; if there is none, their mean distance.
 double hitch_period_s(const Sample& times, double segment_s) {
   const double longest_s = 1.1 * segment_s;  // a hitch may come that long after its multiple
   const double mean = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
@@ -254,7 +253,7 @@ void fit_hitch(Recording& recording, TimingFit& fit) {
   Sample intervals;
   for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
   const double usual = median(intervals), segment_s = median(recording.lengths_ns) * 1e-9;
-  const double longest_s = segment_s + median(alike) * 1e-9;  // the segments beside a hitch, and its own
+  const double longest_s = segment_s + median(alike) * 1e-9;  // the segment beside a hitch, and the hitch itself
   const auto differs = [&](double interval) { return std::abs(interval - usual) > longest_s; };
   if (usual < kLeastHitchInterval * segment_s || std::any_of(intervals.begin(), intervals.end(), differs)) return;
   const Duration every{std::llround(1e9 * hitch_period_s(times, segment_s))};
@@ -264,7 +263,7 @@ void fit_hitch(Recording& recording, TimingFit& fit) {
   recording.visualization_begins_s = std::move(begins);
 }
 
-/// Whether neighbours are at the same level no more often than by chance: then one wide law says as much.
+/// Whether neighbours are at the same level no more often than by chance: then a single wide law describes them as well.
 bool come_by_chance(const TwoLevels& levels) {
   const double share = static_cast<double>(std::count(levels.is_high.begin(), levels.is_high.end(), true)) /
                        static_cast<double>(levels.is_high.size());
@@ -345,7 +344,7 @@ void fit_hits(TimingFit& fit) {
 }
 
 /// Pre-emption hits visualizations too. Hits small enough to lie within 5 deviations are contained in the fitted mean, and
-/// the model adds them once more; this is how much that is.
+/// the model adds them once more; returns how much it adds.
 double added_by_preemption_ns(const TimingFit& fit) {
   if (!fit.timing.preemption || fit.visualization.count == 0) return 0;
   const Preemption all = *fit.timing.preemption;
@@ -418,7 +417,7 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
   const bool steady = fit.segment_variation < std::max(kPacedVariation * fit.work_variation, kPacedSteadiness);
   if (!steady || fit.idle_share <= kPacedIdle) return;
   const Rate grid = named_rate(fit.segment_median_ns);
-  // The time that hits add may leave no idle time: a timing that can never catch up with its grid is not paced.
+  // Hits may use up the idle time: a timing that can never catch up with its grid is not paced.
   fit.timing.paced = mean_timing(timing).segment_ns <= 1e9 * period_s(grid);
   if (fit.timing.paced) fit.timing.segment = grid;
 }

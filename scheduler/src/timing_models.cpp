@@ -31,7 +31,7 @@ Duration filling_step(const ProgrammedTiming& timing) {
   return {static_cast<std::int64_t>((2 * numerator + denominator) / (2 * denominator))};
 }
 
-/// The length of a segment of a concurrent schedule: that of the grid, or that of its visualization.
+/// The length of a segment of a concurrent schedule: the grid's period, or the length of its visualization.
 double concurrent_segment_ns(const ProgrammedTiming& timing, double visualization_ns) {
   const double grid_ns = 1e9 * static_cast<double>(timing.segment.den) / static_cast<double>(timing.segment.num);
   return timing.paced ? grid_ns : visualization_ns;
@@ -210,7 +210,7 @@ MeanTiming mean_timing(const ProgrammedTiming& timing) {
     calm.preemption.reset();
     calm.hitch.reset();
     calm.dropped_visualization = calm.merged_visualization = 0;
-    return mean_timing(calm);  // regimes keep the mean as it is
+    return mean_timing(calm);  // regimes do not change the mean
   }
   const double single = 1.0 - timing.dropped_visualization - timing.merged_visualization;
   const Duration visualization = timing.visualization, step = starting_step(timing);

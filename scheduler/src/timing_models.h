@@ -1,5 +1,5 @@
 #pragma once
-/// How long a piece of work takes: the models of step_timing.h, each on its own. None of them knows when anything runs.
+/// How long a piece of work takes: the models of step_timing.h, one class each. No model knows when anything runs.
 
 #include <cstddef>
 #include <optional>
@@ -14,7 +14,7 @@ namespace evenstep::internal {
 /// floor(duration * factor + 1/2), at least 1 ns and at most 2^62 ns. factor = 1 gives the duration.
 Duration scaled(Duration duration, double factor);
 
-/// V, s and N after the changes so far, V in a hitch.
+/// V, s and N after the changes so far; in a hitch, V is the hitch's.
 class MeansInForce {
  public:
   struct Means {
@@ -23,7 +23,7 @@ class MeansInForce {
     std::vector<int> steps;
   };
   explicit MeansInForce(const ProgrammedTiming& timing);
-  /// Those of a segment that begins at `begin`. Call in order of time.
+  /// The means of a segment that begins at `begin`. Call in order of time.
   const Means& at(RealTime begin);
 
  private:

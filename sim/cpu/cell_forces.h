@@ -76,8 +76,8 @@ void end_grabs(const MethodCells<Real>& cells, const ToolStates& after, const Ve
   });
 }
 
-/// The cells' arrays for the general version of the loops. Arrays that the scene does not need are filled with neutral
-/// values (stiffness 1), or with any, if the constants they are multiplied by are zero.
+/// The cells' arrays for the general version of the loops. An array that the scene does not need gets neutral values
+/// (stiffness 1), or any values if the constants that they are multiplied by are zero.
 template <class Real>
 CellArrays<Real> general_arrays(const MethodCells<Real>& cells) {
   CellArrays<Real> arrays = cells.arrays;

@@ -10,8 +10,8 @@
 
 #include "src/tissue_solver.h"
 
-// One clone per instruction set, chosen when the program is loaded. The results have the same bits: + - * / and sqrt are
-// exact by IEEE 754 at every vector width, and nothing is contracted. Sanitizers start only after this choice is made, so
+// One clone per instruction set, chosen when the program is loaded. All clones give the same bits: + - * / and sqrt are
+// exact by IEEE 754 at every vector width, and nothing is contracted. Sanitizers start only after the clone is chosen, so
 // sanitized builds get a single version.
 #if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define EVENSTEP_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -185,8 +185,8 @@ EVENSTEP_WIDE void add_probe(std::ptrdiff_t begin, const Vectors<const Real> u, 
   }
 }
 
-/// All forces of springs and tools on a chunk of cells, divided by the scene's k. Gravity and drag are
-/// not among them; they are added as accelerations.
+/// All forces of springs and tools on a chunk of cells, divided by the scene's k. Gravity and drag are added later, as
+/// accelerations.
 template <class Real>
 void chunk_forces(const SceneFeatures& features, std::ptrdiff_t begin, const Vectors<const Real>& u,
                   const Vectors<const Real>& v, const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -379,7 +379,7 @@ EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real>
   }
 }
 
-/// sums.cl. All NaNs count as the same one, because it depends on the processor which payload a NaN has.
+/// sums.cl. All NaNs count as one and the same, because a NaN's payload depends on the processor.
 EVENSTEP_INLINE std::uint64_t bits(float value) {
   return value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
 }

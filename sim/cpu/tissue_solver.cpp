@@ -229,18 +229,18 @@ class CpuTissue final : public TissueSolver {
   bool is_verlet_;
   TissueConstants<Real> constants_;
   Field now_, next_, velocity_;  // displacement from rest, m; m/s
-  Field before_;                 // the velocity that forces see: before the substep, or half of one before its end
+  Field before_;                 // the velocity for forces: from before the substep, or half a substep before its end
   Field acceleration_;           // Verlet, m/s2
   HostCells<Real> host_cells_;
   const CellArrays<Real>& cells_;
   MethodCells<Real> all_;
-  std::unique_ptr<CellMethod<Real>> method_;       // null for the explicit methods of one loop
+  std::unique_ptr<CellMethod<Real>> method_;       // null for explicit methods that are a single loop
   std::vector<Real> energies_, gravity_energies_;  // span, J
   std::vector<Real> probe_sums_;
   ChunkForces<Real> forces_;
 };
 
-/// Checked before anything is allocated: the system grants more memory than it has, and kills the program that uses it.
+/// Memory is checked before anything is allocated: the system grants more than it has, and kills the program that uses it.
 template <class Real>
 std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, const SceneFeatures& features, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);

@@ -40,7 +40,7 @@ std::string common_options(cl_device_id device) {
   std::string options = fmt::format("-DCHUNK={}", kChunk);
   cl_device_fp_config config = 0;
   check_cl(cl().clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
-  // GPUs default to 2.5 to 3 ulp for / and sqrt.
+  // By default, GPUs may be off by 2.5 to 3 ulp in / and sqrt.
   if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   return options;
 }

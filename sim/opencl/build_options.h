@@ -10,12 +10,12 @@
 
 namespace evenstep::internal {
 
-/// Of the kernels that know nothing of the scene.
+/// For the kernels that do not depend on the scene.
 std::string common_options(cl_device_id device);
-/// Of the scene's own kernels.
+/// For the scene's own kernels.
 std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features,
                           cl_device_id device);
-/// Further options for those of implicit Euler, which need them even if they are neutral.
+/// Further options for the kernels of implicit Euler, which need these constants even if they are neutral.
 std::string implicit_options(const TissueConstants<float>& constants, const SceneFeatures& features);
 
 }  // namespace evenstep::internal

@@ -10,7 +10,7 @@ namespace {
 
 using namespace internal;
 
-constexpr std::int64_t kGroupsPerUnit = 8;  // so that every compute unit has some, also where they are not dealt out evenly
+constexpr std::int64_t kGroupsPerUnit = 8;  // enough for every compute unit, even if they are dealt out unevenly
 
 class OpenClBusy final : public BusyDevice {
  public:

@@ -15,7 +15,7 @@ struct CellBuffers {
   std::size_t chunks() const { return lattice.span / kChunk; }
   bool is_probe(std::size_t tool) const { return scene.tools[tool].kind == CouplingKind::probe; }
 
-  /// MATERIALS and TOOLS of the kernels' parameters (kernels/springs.cl).
+  /// Add the arguments for MATERIALS and TOOLS of the kernels' parameters (kernels/springs.cl).
   void add_materials(BoundKernel& kernel) const;
   void add_tools(BoundKernel& kernel) const;
   void set_tools(const BoundKernel& kernel, const ToolStates& tools) const;

@@ -3,7 +3,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// 0 if the device does not say.
+/// 0 if the device does not report the time.
 std::uint64_t time_ns(const ClEvent& event, cl_profiling_info which) {
   cl_ulong ns = 0;
   const cl_int code = cl().clGetEventProfilingInfo(event.get(), which, sizeof ns, &ns, nullptr);
@@ -15,7 +15,7 @@ std::uint64_t time_ns(const ClEvent& event, cl_profiling_info which) {
 std::vector<DeviceCommand> ClCommandLog::take() {
   std::vector<DeviceCommand> taken;
   if (commands_.empty()) return taken;
-  const cl_event last = commands_.back().event.get();  // after which the others have ended, too
+  const cl_event last = commands_.back().event.get();  // when it has ended, so have all others
   check_cl(cl().clWaitForEvents(1, &last), "clWaitForEvents");
   taken.reserve(commands_.size());
   for (const auto& [name, event] : commands_) {

@@ -10,7 +10,7 @@ using ClEvent = ClHandle<cl_event, &ClLibrary::clReleaseEvent>;
 
 class ClCommandLog final : public CommandLog {
  public:
-  /// `name` must be valid as long as the program runs. The events are those of one queue that keeps their order.
+  /// `name` must be valid as long as the program runs. All events belong to one in-order queue.
   void add(std::string_view name, ClEvent event) { commands_.push_back({name, std::move(event)}); }
   std::size_t size() const override { return commands_.size(); }
   std::vector<DeviceCommand> take() override;

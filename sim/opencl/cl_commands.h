@@ -59,12 +59,12 @@ class ClCommands {
  public:
   /// `logged`: keeps a profiling event of each command, for log().
   ClCommands(ClDevice device, std::size_t local_size, bool logged = false);
-  /// Another program. No two programs have a kernel of the same name.
+  /// Adds a program. No two programs may have kernels of the same name.
   void build(const std::string& source, const std::string& options);
   const ClDevice& device() const { return device_; }
   ClCommandLog* log() const { return log_.get(); }  ///< null if none is kept
 
-  /// From whichever program has it. `name` must be valid as long as the process runs.
+  /// From whichever program has this kernel. `name` must be valid as long as the process runs.
   BoundKernel kernel(const char* name) const;
   /// `count` is a multiple of the work-group size, except for the sums over chunks, which are few.
   void enqueue(const BoundKernel& kernel, std::size_t count) const;

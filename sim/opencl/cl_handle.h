@@ -43,8 +43,8 @@ struct ClDevice {
   cl_device_id device = nullptr;
   std::string name;
 };
-/// Chooses a device by parts of the names. With an empty platform it is PoCL if that is there, otherwise the first one.
-/// Errors list the devices that there are.
+/// Chooses a device by parts of the names. With an empty platform name it is PoCL if that is installed, otherwise the first
+/// platform. Errors list the available devices.
 ClDevice choose_device(const std::string& platform_part, const std::string& device_part);
 OpenClDescription describe(const ClDevice& device);
 

@@ -12,7 +12,7 @@ namespace evenstep::internal {
 
 class ImplicitSolve {
  public:
-  /// Call it after the program was built. All arguments must outlive this; `u` and `v` are advanced in place.
+  /// Construct it after the program was built. All arguments must outlive it; `u` and `v` are advanced in place.
   ImplicitSolve(const CellBuffers& cells, const ToolKernels& tools, const ClField& u, const ClField& v, double substep_s,
                 const ClCommands& commands);
   void set_substep(double substep_s);

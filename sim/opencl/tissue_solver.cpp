@@ -20,7 +20,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Asked before anything is allocated: some drivers grant more than they have, and fail at the first launch.
+/// Called before anything is allocated: some drivers grant more memory than they have, and fail at the first launch.
 void check_memory(const Scene& scene, const SceneFeatures& features, const ClDevice& device) {
   cl_ulong there = 0, largest = 0;
   check_cl(cl().clGetDeviceInfo(device.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
@@ -130,7 +130,7 @@ class OpenClTissue final : public TissueSolver {
   void start() override {
     if (!is_verlet_) return;
     accelerate({});
-    for (int axis = 0; axis < 3; ++axis)  // which accelerate() took half a step further
+    for (int axis = 0; axis < 3; ++axis)  // undoes the half step that accelerate() took
       commands_.copy(velocity_[1].axis(axis), velocity_[0].axis(axis), lattice().cells * sizeof(float));
   }
 
@@ -147,7 +147,7 @@ class OpenClTissue final : public TissueSolver {
   }
 
  private:
-  /// Of one direction of the ping-pong, which velocity Verlet and implicit Euler do without.
+  /// The kernels of one direction of the ping-pong; velocity Verlet and implicit Euler have no ping-pong.
   struct Kernels {
     BoundKernel advance, drift, accelerate, cell_digest, cell_energy;
   };
@@ -160,7 +160,7 @@ class OpenClTissue final : public TissueSolver {
   const ClField& velocity(std::size_t direction) const {
     return velocity_[!in_place() && features().axial_damping ? direction : 0];
   }
-  /// The one that forces are evaluated with: half a substep behind the displacement in velocity Verlet too.
+  /// The velocity that forces are evaluated with: half a substep behind the displacement in velocity Verlet too.
   const ClField& force_velocity(std::size_t direction) const { return is_verlet_ ? velocity_[1] : velocity(direction); }
 
   void accelerate(const ToolStates& tools) {
@@ -185,8 +185,8 @@ class OpenClTissue final : public TissueSolver {
     return source;
   }
 
-  /// Two programs. A driver that caches what it compiles has the second one for every scene, and compiles of its kernels
-  /// those that are launched.
+  /// Two programs. The second is the same for every scene, so a driver that caches what it compiles has it already; of its
+  /// kernels, only those that are launched are compiled.
   void build() {
     std::string options = build_options(cells_.constants, lattice(), features(), commands_.device().device);
     if (is_implicit_) options += implicit_options(cells_.constants, features());
@@ -292,13 +292,13 @@ class OpenClTissue final : public TissueSolver {
   }
 
   /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0. Three substeps, so that
-  /// in both directions grabs are put by themselves and with the reading of their forces.
+  /// in both directions grabbed particles are moved both in a launch of their own and in that which reads their forces.
   void warm_up() {
     to_rest();
     ToolReadings ignored = empty_readings();
     for (int direction = 0; direction < 2; ++direction) {
       for (int n = 0; n < 3; ++n) substep({}, {});
-      if (solve_) solve_->iterate(1);  // which the state of rest needs none of
+      if (solve_) solve_->iterate(1);  // a scene at rest needs no iteration
       read_tools({}, ignored);
       if (features().digest) digest();
       if (features().energy) energy({});
@@ -311,7 +311,7 @@ class OpenClTissue final : public TissueSolver {
   CellBuffers cells_;
   ToolKernels tools_;
   std::array<ClField, 2> displacement_;  // from rest, m; current_ is the newest
-  std::array<ClField, 2> velocity_;      // as displacement_, or the whole step's and the half step's of velocity Verlet
+  std::array<ClField, 2> velocity_;      // as displacement_; in velocity Verlet at the whole and at the half step
   ClField acceleration_;                 // Verlet
   std::optional<ImplicitSolve> solve_;
   ClBuffer cell_digests_, chunk_sums_, cell_energies_, energy_sums_, gravity_energies_, gravity_energy_sums_;

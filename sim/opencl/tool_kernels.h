@@ -17,13 +17,13 @@ class ToolKernels {
   /// velocity `v` that it reads.
   void bind(std::size_t direction, const ClField& u, const ClField& v);
   bool any_grab() const { return grabbed_count_ > 0; }
-  /// Adds the cells that tools grab, how many there are, and how many of them belong to tool 0.
+  /// Adds three arguments: the cells that tools grab, their number, and how many of them belong to tool 0.
   void add_grabbed(BoundKernel& kernel) const;
   void enqueue_grabbed(const BoundKernel& kernel) const;
 
   void put_grabs(std::size_t direction, const ToolStates& tools) const;
-  /// The same, but where one work-group holds all that is grabbed, in one launch with the reading of its forces that comes
-  /// next: read(), or before anything else happens to the particles finish_grabs().
+  /// The same; but if one work-group holds all grabbed particles, they are moved only in the launch in which read() reads
+  /// their forces. Call read() next, or finish_grabs() before anything else is done to the particles.
   void put_grabs_later(std::size_t direction, const ToolStates& tools);
   void finish_grabs(std::size_t direction);
   void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
@@ -57,7 +57,7 @@ class ToolKernels {
   std::vector<float> result_;
   std::array<Kernels, 2> kernels_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
-  std::optional<ToolStates> waiting_;  // of put_grabs_later()
+  std::optional<ToolStates> waiting_;  // from put_grabs_later()
   cl_uint radius_at_ = 0;              // among the arguments of probe_cells
 };
 

@@ -34,12 +34,12 @@ struct SceneFeatures {
 
 /// The features that a scene needs; its body must be a tissue.
 SceneFeatures features_of(const Scene& scene);
-/// These and all features that change nothing when their coefficients are neutral: tests prove with it that leaving them out
-/// does not change a bit.
+/// The features that a scene needs, and all that change nothing when their coefficients are neutral: with them, tests prove
+/// that leaving features out does not change a bit.
 SceneFeatures every_feature(const Scene& scene);
 /// The features that are left out, in a fixed order.
 std::vector<std::string> left_out(const SceneFeatures& features);
-/// The scene's features and the one of this name, for the tools that there are. Nullopt if it cannot be neutral.
+/// The scene's features and the one of this name, for the scene's tools. Nullopt if that feature cannot be neutral.
 std::optional<SceneFeatures> features_with(const std::string& feature, const Scene& scene);
 
 /// Throws SolverError (unavailable) for a method that the solver does not have.

@@ -41,7 +41,7 @@ std::uint64_t digest_of(const ParticleState& state) {
 }
 
 /// Energy that the work of the tools does not explain: SolverVerdict::energy_growth, with the whole energy as the part that
-/// is never negative. Nobody has moved the tools to where the first step has them, so the account begins after it.
+/// is never negative. No work has moved the tools to their places in the first step, so the account begins after that step.
 class EnergyAccount {
  public:
   /// After a step. Returns the growth so far.
@@ -133,7 +133,7 @@ class ForeignAsSolver final : public Solver {
     has_ = solver_->capabilities();
   }
 
-  /// What the solver's own code does; its errors get its name and the step.
+  /// Runs the solver's own code; adds the solver's name and the step to its errors.
   template <class Call>
   auto guarded(Call call) -> decltype(call()) {
     try {

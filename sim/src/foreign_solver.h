@@ -1,5 +1,5 @@
 #pragma once
-/// A solver that the program has registered, as any other solver.
+/// Makes a solver that the program has registered usable like any other solver.
 
 #include <memory>
 
@@ -7,7 +7,7 @@
 
 namespace evenstep::internal {
 
-/// Throws SolverError, which names the solver, if it cannot be made or lacks what the scene needs.
+/// Throws SolverError, which names the solver, if the solver cannot be made or lacks what the scene needs.
 std::unique_ptr<Solver> make_foreign_solver(const ForeignScene& foreign, const Scene& scene);
 
 }  // namespace evenstep::internal

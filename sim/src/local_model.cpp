@@ -22,7 +22,7 @@ glm::dmat3 spring_hessian(double stiffness_N_per_m, double rest_length_m, const 
   return (along + (glm::dmat3(1) - along) * (1 - rest_length_m / length_m)) * stiffness_N_per_m;
 }
 
-/// Calls visit(cell at the other end, k) for everything that pulls at the tool of a grab or a spring.
+/// Calls visit(cell at the other end, k) for each spring that pulls at the tool of a grab or a spring.
 template <class Visit>
 void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestHessian& hessian, std::size_t tool,
                    const Visit& visit) {

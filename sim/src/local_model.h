@@ -11,7 +11,7 @@
 /// A probe touches different particles in every step. Instantaneous: the sum of k (n n' + (1 - r/|d|) (I - n n')) over
 /// them. Settled: the sum of n n' / (1/k + n' C n), each particle in series with the tissue under it, where C is the
 /// particle's nodal compliance at rest, a 3 x 3 block of K_ff^-1. This neglects that a touched particle also yields under
-/// the load of the others, so the sum is at least the stiffness of the settled contact. It is equal to it if a single
+/// the load of the others, so the sum is at least the stiffness of the settled contact. The two are equal if a single
 /// particle is touched lightly.
 
 #include <cstdint>
@@ -30,13 +30,13 @@ class GrabStiffness {
   const std::vector<std::uint32_t>& cells() const { return cells_; }
   /// The instantaneous stiffness of a grab; `displacement_m` has one entry per entry of cells().
   glm::dmat3 of(std::size_t tool, std::span<const std::array<double, 3>> displacement_m) const;
-  /// The instantaneous coupling of a grab to the other one: from the springs whose other end the other one holds.
+  /// The instantaneous coupling of a grab to the other grab: from the springs whose other end that grab holds.
   glm::dmat3 coupling(std::size_t tool, std::span<const std::array<double, 3>> displacement_m) const;
 
  private:
   struct Spring {
     std::size_t held, other;  // positions in cells_
-    bool to_tool;             // the other end is held by the other tool
+    bool to_tool;             // the spring's other end is held by the other tool
     glm::dvec3 rest_m;
     double length_m, stiffness_N_per_m;
   };
@@ -56,7 +56,7 @@ glm::dmat3 settled_coupling(const TissueScene& scene, const Lattice& lattice, st
 /// systems each. Any other particle that a probe touches counts with its instantaneous stiffness.
 class ProbeCompliance {
  public:
-  /// `in_double`: whether the solver computes its sums in double; otherwise it does so in float.
+  /// `in_double`: whether the solver computes its sums in double rather than float.
   ProbeCompliance(const TissueScene& scene, const Lattice& lattice, bool in_double);
   /// The cells whose displacements `settled` needs, probe after probe.
   const std::vector<std::uint32_t>& cells() const { return cells_; }

@@ -1,8 +1,8 @@
-// For each tool one mass between two springs: the tool's contact spring 2 k and a ground spring 2 k (ModeScene in scene.h).
+// For each tool, one mass between two springs: the tool's contact spring 2 k and a ground spring 2 k (ModeScene in scene.h).
 // With w = 2 pi f0 and M = 4 k / w^2:
 //   q'' = -w^2/2 q - w^2/2 (q - x) - 2 zeta w q',    F = 2 k (q - x) on the tool
-// integrated by velocity Verlet with implicit damping, in substeps of at most 0.1 ms and a fiftieth of a period. If it is
-// one-sided, everything happens along the normal, and the contact spring only pushes: without contact the mass swings on
+// integrated by velocity Verlet with implicit damping, in substeps of at most 0.1 ms and a fiftieth of a period. If a mode
+// is one-sided, everything happens along the normal, and the contact spring only pushes: without contact the mass swings on
 // its ground spring.
 #include <algorithm>
 #include <cmath>

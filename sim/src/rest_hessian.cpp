@@ -48,7 +48,7 @@ void RestHessian::apply(const Cells& x, Cells& y) const {
   }
 }
 
-/// 1 where nothing resists: nothing pushes there either.
+/// 1 where nothing resists, since nothing pushes there either.
 RestHessian::Cells RestHessian::inverse_diagonal() const {
   Cells inverse(lattice_.cells, glm::dvec3(0));
   for (const std::size_t cell : mobile_) {
@@ -90,7 +90,7 @@ RestHessian::Solution RestHessian::solve(const Cells& load) const {
     for (const std::size_t cell : mobile_) p[cell] = z[cell] + (next / rz) * p[cell];
     rz = next;
   }
-  // The residual is computed anew, because if there is no solution the iterations' own residual is nothing but rounding.
+  // The residual is computed anew, because the iterations' own residual is mere rounding if there is no solution.
   apply(x, y);
   for (const std::size_t cell : mobile_) r[cell] = load[cell] - y[cell];
   return {std::move(x), dot(r, r) <= kFound * kFound * dot(load, load)};

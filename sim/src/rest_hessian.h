@@ -29,8 +29,8 @@ class RestHessian {
     Cells x;
     bool found;  ///< whether H x is the load, to 1e-6 of it
   };
-  /// Solves H x = load by conjugate gradients, to 1e-9. If a part of the tissue is free, the matrix is singular: if the load
-  /// is in its range the result is one of many solutions, otherwise there is none.
+  /// Solves H x = load by conjugate gradients, to 1e-9. If a part of the tissue is free, the matrix is singular: a load in
+  /// its range then has many solutions, of which the result is one; any other load has none.
   Solution solve(const Cells& load) const;
 
  private:

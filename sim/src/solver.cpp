@@ -57,8 +57,8 @@ const char* name_of(SolverFault fault) {
 
 namespace {
 
-// For each alternative of Scene::body. A spring, a wall and a mode are a few operations in double: they have no device, and
-// every solver kind gives them the same bits.
+// An overload for each alternative of Scene::body. A spring, a wall and a mode take a few operations in double: they have
+// no device, and every solver kind computes the same bits.
 
 std::unique_ptr<Solver> solver_of(const SpringScene&, SolverKind, const Scene& scene, const SolverOptions&) {
   return internal::make_spring_solver(scene);
@@ -88,7 +88,7 @@ std::unique_ptr<Solver> solver_of(const ForeignScene& foreign, SolverKind, const
   return internal::make_foreign_solver(foreign, scene);
 }
 
-// What their solvers leave out.
+// The features that the solver of each alternative leaves out.
 
 std::vector<std::string> left_out_of(const SpringScene&, const Scene&) {
   return {"particles", "substeps", "variable step", "state digest", "energy"};

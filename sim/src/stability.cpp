@@ -26,11 +26,11 @@ constexpr double kForEver = std::numeric_limits<double>::infinity();
 struct Particle {
   bool active = false, mobile = false;
   double stiffness_N_per_m = 0, mass_kg = 1;
-  double held_N_per_m = 0, held_N_s_per_m = 0;  // by a coupling's spring and damper
+  double held_N_per_m = 0, held_N_s_per_m = 0;  // its share of a coupling's spring and damper
   auto operator<=>(const Particle&) const = default;
 };
 
-/// The particle of every cell, as an index into the few kinds of particles that there are.
+/// The particle of every cell, as an index into the few kinds of particles that occur.
 struct Particles {
   Particles(const TissueScene& scene, const Lattice& lattice);
   const Particle& operator[](std::size_t cell) const { return kinds[kind[cell]]; }
@@ -59,7 +59,7 @@ Particles::Particles(const TissueScene& scene, const Lattice& lattice) : kind(la
   }
 }
 
-/// The corners of a cube, x-fastest; below, the largest eigenvalues of its share of the system.
+/// The corners of a cube, x-fastest; and the largest eigenvalues of its share of the system.
 using Corners = std::array<Particle, 8>;
 struct CubeBounds {
   double lambda = 0, damping = 0;
@@ -132,7 +132,7 @@ CubeBounds largest_cube_bounds(const TissueScene& scene, const Lattice& lattice,
 
 struct RowBounds {
   double lambda = 0, damping = 0;
-  double stiffest = 0;  // by the diagonal alone
+  double stiffest = 0;  // largest of the diagonal alone
   std::int64_t particle = -1;
 };
 

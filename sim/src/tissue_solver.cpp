@@ -16,7 +16,7 @@ namespace {
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// It depends on the device which NaN an operation returns, but forces are hashed: so always report the same NaN.
+/// Which NaN an operation returns depends on the device, but forces are hashed: so the same NaN is always reported.
 double canonical(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
 glm::dvec3 canonical(const glm::dvec3& v) { return {canonical(v.x), canonical(v.y), canonical(v.z)}; }
 

@@ -35,9 +35,9 @@ ProbeSums add_partials(std::span<const Real> sums, bool local_model) {
 }
 
 /// A probe that touches nothing predicts the touch of all particles that it would touch within this many spacings after the
-/// first one. With less it would predict only one of several particles that it meets at nearly the same time.
+/// first one. With a smaller value it would predict only one of several particles that it meets at nearly the same time.
 inline constexpr double kMeets = 0.1;
-/// It does so from at most this many spacings away: a hand cannot come further before the next record arrives.
+/// It predicts a touch from at most this many spacings away: a hand cannot come further before the next record arrives.
 inline constexpr double kForeseen = 100;
 
 /// Stored and kinetic energy of springs, couplings, probes and particles, which is never negative; and the energy of
@@ -52,9 +52,9 @@ struct ToolReadings {
   std::vector<std::array<double, 3>> held_N;
   /// Per probe: sums of probe_parts (cpu/cell_loops.h) over the particles that it touches.
   std::array<ProbeSums, kMaxTools> probes{};
-  /// For the local model: the same sums; for a probe that touches nothing, as if it reached the particles it will touch.
+  /// For the local model: the same sums, but for a probe that touches nothing as if it reached the particles it will touch.
   std::array<ProbeSums, kMaxTools> to_come{};
-  /// The displacements of the cells TissueSolver::watched().
+  /// The displacements of the cells in TissueSolver::watched().
   std::vector<std::array<double, 3>> displacement_m;
 };
 
@@ -70,14 +70,14 @@ class TissueSolver : public Solver {
   const SolverInfo& info() const final { return info_; }
 
  protected:
-  /// One substep of every particle; the grabbed ones are then put where their tools are `after` it. A force is evaluated
-  /// with couplings and probes at the positions that they have at the time of the state.
+  /// One substep of every particle; the grabbed ones are then put where their tools are `after` it. Forces are evaluated
+  /// with couplings and probes where they are at the time of the state.
   virtual void substep(const ToolStates& before, const ToolStates& after) = 0;
   /// Sets the length of the substeps to come, if the step is variable.
   virtual void set_substep(double substep_s) = 0;
   /// Fills `readings`, whose arrays already have their sizes, from the current state with the tools where they are `now`.
   virtual void read_tools(const ToolStates& now, ToolReadings& readings) = 0;
-  /// From the same state, the sums of a probe as if its radius were `radius_m`.
+  /// The sums of a probe from the same state, as if its radius were `radius_m`.
   virtual ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) = 0;
   virtual std::uint64_t digest() = 0;                ///< called only if the scene needs it
   virtual Energy energy(const ToolStates& now) = 0;  ///< called only if the scene needs it
@@ -119,11 +119,11 @@ class TissueSolver : public Solver {
   Lattice lattice_;
   SceneFeatures features_;
   LocalModel local_model_;
-  bool coupled_;                                     // the tools' coupling is asked for, and both are grabs or springs
+  bool coupled_;                                     // the tools' coupling is requested, and both are grabs or springs
   std::optional<GrabStiffness> grab_stiffness_;      // for the instantaneous model of grabs
   std::optional<ProbeCompliance> probe_compliance_;  // for the settled model of probes
   std::array<glm::dmat3, kMaxTools> settled_{};      // stiffnesses that stay the same for the whole run, settled or not
-  glm::dmat3 settled_coupling_{0};                   // of the first tool to the second
+  glm::dmat3 settled_coupling_{0};                   // coupling of the first tool to the second
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;
   double nominal_substep_s_ = 0, substep_s_ = 0;

@@ -31,7 +31,7 @@ class WallSolver final : public Solver {
       const double deep = wall_.hardening_m > 0 ? depth_m / wall_.hardening_m : 0;
       response.force_N[tool] = normal_ * (wall_.stiffness_N_per_m * depth_m * (1 + deep));
       if (tool >= contacts_.size()) continue;
-      // Outside the wall, the stiffness is the one that the tool will meet when it touches.
+      // Outside the wall, the stiffness is what the tool will meet when it touches.
       contacts_[tool] = {gap_m <= 0, true, x, normal_, gap_m, along(normal_, wall_.stiffness_N_per_m * (1 + 2 * deep))};
     }
     return response;

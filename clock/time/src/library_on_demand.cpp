@@ -5,7 +5,7 @@
 namespace evenstep {
 
 std::optional<std::string> load_on_demand(const char* soname, std::initializer_list<FunctionByName> functions) {
-  // Global, so that its functions are found behind those of libraries that were loaded before it.
+  // RTLD_GLOBAL, so that dlsym() finds its functions, after those of libraries that were loaded before it.
   if (dlopen(soname, RTLD_NOW | RTLD_GLOBAL) == nullptr) return dlerror();
   for (const FunctionByName& wanted : functions) {
     *wanted.function = dlsym(RTLD_DEFAULT, wanted.name);

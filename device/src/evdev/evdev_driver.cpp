@@ -15,13 +15,13 @@ namespace evenstep {
 namespace {
 
 /// A limit, so that a device that makes events faster than they are read cannot hang the tick: 64 reads of 64 events are 64
-/// times what the kernel keeps of a device with a few axes.
+/// times as many events as the kernel keeps of a device with a few axes.
 constexpr int kMaxReadsPerTick = 64;
 constexpr std::size_t kEventsPerRead = 64;
-/// A call may be interrupted by a signal, or meet another program that is just using the device.
+/// A call may be interrupted by a signal, or fail because another program is using the device at that moment.
 constexpr int kTries = 3;
 
-/// A share of the whole in counts, to the nearest.
+/// A share of the whole, rounded to counts.
 template <class Count>
 Count counts(double share, int whole) {
   return static_cast<Count>(std::lround(std::clamp(share, -1.0, 1.0) * whole));
@@ -84,7 +84,7 @@ void EvdevDriver::check_options() const {
 
 // ---- positions
 
-/// The kernel smooths changes of a joystick smaller than a 128th of its range: it is told not to.
+/// The kernel smooths a joystick's changes smaller than a 128th of its range; this tells it not to.
 void EvdevDriver::adopt_axes() {
   for (int axis = 0; axis < 3; ++axis) {
     if (!is_used(axis)) continue;
@@ -110,7 +110,7 @@ void EvdevDriver::restore_axes() noexcept {
   }
 }
 
-/// False: it cannot say now.
+/// False: the device cannot say now.
 bool EvdevDriver::ask_positions() {
   std::array<EvdevAxis, 3> now;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
@@ -147,7 +147,7 @@ void EvdevDriver::take(const EvdevEvent& event) {
     ++evdev_counters_.dropped;
   }
   if (event.code != evdev::kSynReport || !(is_lost_ || positions_changed_)) return;
-  if (is_lost_ && !ask_positions()) {  // what was lost is in the kernel's own table; what came since is not newer
+  if (is_lost_ && !ask_positions()) {  // the kernel's own table has what was lost, and nothing since is newer
     is_asking_ = true;
     return;
   }
@@ -168,8 +168,8 @@ void EvdevDriver::note_report() {
   last_.fresh = true;
 }
 
-/// Up to the first event that came after the tick's time, which is kept with all that follow for the next tick; that takes
-/// them whatever time they have. False: there was such a one.
+/// Takes events up to the tick's time. The first later one and all that follow are kept for the next tick, which takes them
+/// whatever their times. False: there was a later one.
 bool EvdevDriver::take_until(RealTime now, std::span<const EvdevEvent> events) {
   for (std::size_t i = 0; i < events.size(); ++i) {
     if (times_ && events[i].at > now) {
@@ -181,7 +181,7 @@ bool EvdevDriver::take_until(RealTime now, std::span<const EvdevEvent> events) {
   return true;
 }
 
-/// What comes between the last read and the question is told twice, by the table and by its event, which is as well.
+/// A change between the last read and the question is told twice, by the table and by its event, which does no harm.
 void EvdevDriver::forget_queued() {
   std::array<EvdevEvent, kEventsPerRead> events;
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
@@ -226,8 +226,8 @@ DeviceSample EvdevDriver::read(RealTime now) {
   return last_;
 }
 
-/// A position that was asked for later has no event of its own: it is as old as one that nothing has changed. Until it is
-/// there, where the hand is now is not known.
+/// A position that was asked for later has no event of its own: it is as old as a position that nothing has changed. Until
+/// it has come, the hand's present position is unknown.
 void EvdevDriver::date(RealTime now) {
   if (last_.fresh && newest_event_)
     times_->changed(*newest_event_, now);
@@ -256,7 +256,7 @@ void EvdevDriver::come_back() {
   refreshed_at_.reset();
 }
 
-/// Before its first event the kernel says 0 of every axis. That is a position only if it is not an end of the range.
+/// Before an axis's first event the kernel reports 0 for it. That counts as a position only if 0 is not an end of the range.
 bool EvdevDriver::is_position_known() const {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const bool is_end = axes_[axis].minimum == 0 || axes_[axis].maximum == 0;
@@ -285,8 +285,8 @@ void EvdevDriver::start() {
   }
 }
 
-/// The share of the full scale is in the levels, because there are drivers that ignore the gain; and a device that centers
-/// by itself would push unasked.
+/// Sets full gain, because some drivers ignore the gain: the share of the full scale is in the levels instead. Switches
+/// autocentering off, because a device that centers by itself would push unasked.
 void EvdevDriver::set_device() {
   if (has_gain_ && node_.write({evdev::kFf, evdev::kGain, evdev::kFullGain}) == ENODEV) fail_gone();
   if (has_autocenter_ && node_.write({evdev::kFf, evdev::kAutocenter, 0}) == ENODEV) fail_gone();
@@ -356,7 +356,7 @@ void EvdevDriver::write(const glm::dvec3& force_N) {
   send_wanted();
 }
 
-/// The condition of one axis, and in `rendered` what it is in newtons and metres.
+/// The condition of one axis; in `rendered`, the same in newtons and metres.
 EvdevCondition EvdevDriver::condition_of(const DeviceSpring& wanted, int axis, DeviceSpring& rendered) const {
   EvdevCondition condition;
   const double half_m = options_.travel_m[axis] / 2, full_N = *options_.full_scale_N,
@@ -397,8 +397,8 @@ DeviceSpring EvdevDriver::write_spring(const DeviceSpring& wanted) {
 
 // ---- sending
 
-/// The kernel's driver sends nothing to the device if an effect is uploaded as it was. So that a lost report is made up for,
-/// every second refresh has a value that is one count off: of a level 1 / 32767, of a dead band 1 / 65535.
+/// The kernel's driver sends nothing to the device if an effect is uploaded unchanged. So that a refresh makes up for a lost
+/// report, every second one changes a value by one count: a level by 1 / 32767, a dead band by 1 / 65535.
 void EvdevDriver::want(Effect& effect, EvdevEffect newest) {
   const bool is_odd = evdev_counters_.refreshes % 2 == 1;
   if (newest.type == evdev::kConstant)
@@ -425,7 +425,8 @@ void EvdevDriver::send_wanted() {
   if (!std::all_of(effects_.begin(), effects_.end(), is_done)) ++evdev_counters_.waited;
 }
 
-/// Whether there was something to send. Plays come first, since a force that changes in every tick leaves no room after it.
+/// Whether there was something to send. An effect's play comes before its force, which may change in every tick and then
+/// leave no room for the play.
 bool EvdevDriver::send_one() {
   for (std::size_t i = 0; i < effects_.size(); ++i) {
     Effect& effect = effects_[(next_effect_ + i) % effects_.size()];

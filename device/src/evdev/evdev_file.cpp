@@ -32,7 +32,7 @@ static_assert(evdev::kConstant == FF_CONSTANT && evdev::kSpring == FF_SPRING && 
 
 const fs::path kClass = "/sys/class/input";
 
-/// The time of an event, ns. What a clock cannot say, years from now, is the largest one.
+/// The time of an event, ns; kNever for a time that no clock can show.
 RealTime time_of(const input_event& event) {
   constexpr std::uint64_t kMost_s = 9'000'000'000;
   const auto s = static_cast<std::uint64_t>(event.input_event_sec), us = static_cast<std::uint64_t>(event.input_event_usec);
@@ -40,7 +40,7 @@ RealTime time_of(const input_event& event) {
   return RealTime{static_cast<std::int64_t>(s * 1'000'000'000 + us * 1000)};
 }
 
-/// 0 or the errno.
+/// Returns 0 or the errno.
 template <class Argument>
 int ask(int fd, unsigned long request, Argument argument) {
   return ::ioctl(fd, request, argument) < 0 ? errno : 0;

@@ -13,9 +13,9 @@ struct EvdevTexts {
   std::string effects, axes;                  // capabilities/ff, capabilities/abs
 };
 
-/// Text without a path and a refusal. Numbers that are none count as 0.
+/// The listing, without a path and a refusal. Text that is no number counts as 0.
 EvdevListing evdev_listing(const EvdevTexts& texts);
-/// Whether it can play any effect.
+/// Whether the device can play any effect.
 bool has_effects(const EvdevTexts& texts);
 
 }  // namespace evenstep::internal

@@ -6,7 +6,7 @@ namespace evenstep {
 namespace {
 
 constexpr Duration kOldest{1'000'000'000};
-constexpr Duration kFarthest{3'600'000'000'000};  // so that a difference of two times is one
+constexpr Duration kFarthest{3'600'000'000'000};  // so that the difference of two times cannot overflow
 
 }  // namespace
 

@@ -23,7 +23,7 @@ constexpr int kTries = 3;
 struct Order {
   std::optional<EvdevEffect> effect;  // to be uploaded; otherwise an event to be written
   EvdevEvent event;
-  std::uint64_t number = 0;  // of the effect's uploads
+  std::uint64_t number = 0;  // counts the effect's uploads
   bool newest = true;
 };
 
@@ -102,8 +102,8 @@ std::optional<Node> LiveEvdev::State::find() {
   return std::nullopt;
 }
 
-/// The node of a device appears before its force feedback does: until then the effects are refused, and it is looked for
-/// again.
+/// The node of a device appears before its force feedback works: until then it refuses the effects, and the device is looked
+/// for again.
 bool LiveEvdev::State::take_over(EvdevNode& node) {
   std::map<int, EvdevEffect> anew;
   {
@@ -123,14 +123,14 @@ bool LiveEvdev::State::take_over(EvdevNode& node) {
   return true;
 }
 
-/// A call on the thread of the caller.
+/// Makes a call on the thread of the caller.
 template <class Call>
 int LiveEvdev::State::ask(Call call) {
   if (sender->presence() != internal::Presence::here) return ENXIO;
   return known_gone(call(*reader));
 }
 
-/// ENODEV is an answer only when the device is not looked for any more.
+/// ENODEV is returned only when the device is no longer looked for.
 int LiveEvdev::State::known_gone(int error) {
   return error == ENODEV && sender->lose() != internal::Presence::gone ? ENXIO : error;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kPlaces = 64;  // of the program's buffer
 
-/// As the input core smooths a value: changes below half of the fuzz vanish, larger ones count partly.
+/// Smooths a value as the kernel's input core does: changes below half of the fuzz vanish, larger ones count partly.
 std::int32_t smoothed(std::int32_t value, std::int32_t old, std::int32_t fuzz) {
   const std::int64_t change = std::abs(std::int64_t{value} - old);
   if (fuzz == 0 || change >= std::int64_t{fuzz} * 2) return value;
@@ -57,8 +57,8 @@ void SimulatedEvdev::change_until(RealTime now) {
   run_until(now);
 }
 
-/// The device knows nothing, and centers by itself from when it was plugged in. The node is a new one, for which the program
-/// that found it has made its effects anew, without force, under the numbers that they had.
+/// The device knows no effects, and centers by itself from when it was plugged in. The node is new; the program that found
+/// it has uploaded its effects again, without force and under the same numbers.
 void SimulatedEvdev::begin_anew() {
   motors_.lose(reports_.lost_at());
   for (Slot& slot : slots_) {
@@ -80,7 +80,7 @@ void SimulatedEvdev::begin_anew() {
   has_returned_ = true;
 }
 
-/// While it is away, as a LiveEvdev answers.
+/// The answer of a LiveEvdev whose device is away or gone.
 int SimulatedEvdev::without_device() const { return reports_.is_away() ? ENXIO : ENODEV; }
 
 bool SimulatedEvdev::is_gone() {
@@ -129,7 +129,7 @@ void SimulatedEvdev::run_until(RealTime until) {
   report_until(until);
 }
 
-/// The kernel takes each report as it comes, so none waits on the device.
+/// The kernel takes each report as it comes, so no report waits on the device.
 void SimulatedEvdev::report_until(RealTime until) {
   const SimulatedDeviceOptions& device = options_.reports;
   for (; tick_time(device.rate, next_tick_, device.first_tick) <= until; ++next_tick_) {
@@ -139,7 +139,7 @@ void SimulatedEvdev::report_until(RealTime until) {
   }
   reports_.advance(until);
   if (reports_.is_gone()) return;
-  while (const auto report = reports_.pop()) publish(*report);  // with an age they come between two ticks
+  while (const auto report = reports_.pop()) publish(*report);  // reports that have an age come between two ticks
 }
 
 // ---- events
@@ -162,7 +162,7 @@ void SimulatedEvdev::publish(const SimulatedReport& report) {
   queue({evdev::kSyn, evdev::kSynReport, 0, at});
 }
 
-/// That of its tick, in the whole microseconds of struct input_event.
+/// The time of the report's tick, in the whole microseconds of struct input_event.
 RealTime SimulatedEvdev::stamp_of(const SimulatedReport& report) const {
   const RealTime tick = tick_time(options_.reports.rate, report.tick, options_.reports.first_tick);
   return {floor_mul_div(tick.ns, 1, 1000) * 1000};
@@ -171,7 +171,7 @@ RealTime SimulatedEvdev::stamp_of(const SimulatedReport& report) const {
 void SimulatedEvdev::queue(const EvdevEvent& event) {
   if (options_.held) return;
   const bool ends_report = event.type == evdev::kSyn && event.code == evdev::kSynReport;
-  if (ends_report && complete_ == queue_.size()) return;  // an empty one
+  if (ends_report && complete_ == queue_.size()) return;  // an empty report
   queue_.push_back(event);
   if (queue_.size() == kPlaces) {
     queue_ = {{evdev::kSyn, evdev::kSynDropped, 0, event.at}, event};
@@ -338,7 +338,7 @@ glm::dvec3 SimulatedEvdev::force_at(const glm::dvec3& position_m) const {
   return force_N;
 }
 
-/// Right of the center pulls the right coefficient, up to the right saturation.
+/// Right of the center the right coefficient pulls, up to the right saturation.
 double SimulatedEvdev::spring_share(const EvdevCondition& condition, int axis, const glm::dvec3& position_m) const {
   const double half_m = options_.travel_m[axis] / 2;
   if (half_m <= 0) return 0;

@@ -28,9 +28,9 @@ using internal::printable;
 
 /// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
-/// How long whoever asks for it waits: stop() does for each of its reports, some ten, and a write takes 1 to 8 ms.
+/// How long wait_until_sent() waits: stop() calls it for each of its ten or so reports, and a write takes 1 to 8 ms.
 constexpr std::chrono::milliseconds kSettles{250};
-/// How long a feature report waits for it. The kernel ends a write over USB after 5 s, and they are tried one by one.
+/// How long a feature report waits for queued writes. The kernel ends a write over USB after 5 s, and they go one by one.
 constexpr std::chrono::seconds kFeatureWaits{60};
 
 /// hidapi's list of devices, opening a device and its global error string share unguarded state.
@@ -102,7 +102,7 @@ struct OneReport {
   bool newest = false;
 };
 
-/// What a path is that this driver cannot open and another one can.
+/// A hint for a path that this driver cannot open but another can.
 std::string for_another_driver(std::string_view path) {
   if (path.starts_with("ws://")) return "; a [[device]] takes the address of a service with driver = \"inverse3\"";
   if (path.starts_with("/dev/input/event")) return "; a [[device]] takes an event node with driver = \"evdev\"";
@@ -168,7 +168,7 @@ struct HidapiTransport::State final : internal::LiveSender<OneReport, HidHandle>
   std::optional<internal::LiveSender<OneReport, HidHandle>> sender;  // the last member, because it uses all others
 };
 
-/// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
+/// Whether the descriptor declares such a report: the kernel would send one of any id and length, and return success.
 bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::byte> report) const {
   const HidReport* const declared =
       report.empty() ? nullptr : descriptor.report(type, std::to_integer<std::uint8_t>(report[0]));
@@ -206,7 +206,7 @@ std::optional<HidHandle> HidapiTransport::State::find() {
       writer = std::move(found.writer);
       return std::move(found.reader);
     }
-  } catch (const DeviceError&) {  // it is not ready yet: udev sets its permissions a moment after it appears
+  } catch (const DeviceError&) {  // not ready yet: udev sets its permissions a moment after it appears
   }
   return std::nullopt;
 }
@@ -245,8 +245,8 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
 HidWrite HidapiTransport::write(std::span<const std::byte> report) { return state_->put(report, false); }
 HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
 
-/// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
-/// Reset that is sent late would remove the effect that a Create New Effect after it has made.
+/// Feature reports take another way to the device than the waiting output reports, but must not overtake them: a Device
+/// Reset that is sent late would remove the effect that a later Create New Effect has made.
 HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
   state_->sender->wait_until_sent(kFeatureWaits);
   errno = 0;

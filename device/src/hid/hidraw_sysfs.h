@@ -1,6 +1,6 @@
 #pragma once
 /// What sysfs says about /dev/hidrawN, which anybody can read without opening the device. (hidapi 0.13.1 cannot give the
-/// report descriptor, opens any path that it is given, and has no strings for a device that is not on USB.)
+/// report descriptor, opens any path that it is given, and gives no strings for a device that is not on USB.)
 
 #include <cstddef>
 #include <string>

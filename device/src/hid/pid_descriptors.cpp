@@ -54,7 +54,7 @@ class Author {
 
   void position() {
     at_.item(0x84, ids_.position);
-    at_.item(0xA4, 0, 0);  // Push: the page and sizes of the buttons are undone by the Pop
+    at_.item(0xA4, 0, 0);  // Push: the Pop undoes the page and sizes of the buttons
     at_.page(0x09);
     at_.item(0x18, 1);
     at_.item(0x28, 8);
@@ -94,7 +94,7 @@ class Author {
     at_.logical(1, kMaxEffects);
     at_.physical(1, kMaxEffects);
     at_.format(8, 1);
-    // In the array flavour in four bytes, with its page.
+    // The array flavour writes the usage in four bytes, with its page.
     mask_ ? at_.usage(0x22) : at_.item(0x08, 0x0F0022, 4);
     at_.output(kVariable);
   }
@@ -110,7 +110,7 @@ class Author {
     array_range(options_.conditions ? 4 : 2);
     at_.format(8, 1);
   }
-  /// The array flavour does not set a physical range here, so that of the block index stays in force.
+  /// The array flavour sets no physical range here, so the block index's range stays in force.
   void plain_physical() {
     if (mask_) at_.physical(0, 0);
   }

@@ -16,8 +16,8 @@ namespace {
 /// The distance from the middle of the range, as a share of half the range.
 double deflection(const FieldLayout& field, std::int64_t value) { return 2 * internal::fraction_of(field, value) - 1; }
 
-/// How often forces and Starts are sent again on a device whose effects do not end, and after which time without a report
-/// that was taken such a device is given up.
+/// Takes the place of the effects' duration where they do not end: forces and Starts are sent again after half of it, and a
+/// device that refuses reports for all of it is given up.
 constexpr Duration kUsualDuration{500'000'000};
 
 /// Waiting reports can only replace one another if their second byte is the effect block.
@@ -165,7 +165,7 @@ void PidDriver::notice_silence(PidSilence before) {
   }
 }
 
-/// Which of the reports was refused is not known, so everything is sent again, as in a refresh.
+/// It is not known which report was refused, so everything is sent again, as in a refresh.
 void PidDriver::notice_refusals(RealTime now) {
   const std::int64_t refused = internal::new_refusals(transport_, refusals_seen_, counters_);
   if (refused > 0) refreshed_at_.reset();
@@ -200,8 +200,8 @@ void PidDriver::write(const glm::dvec3& force_N) {
   send_wanted();
 }
 
-/// Along X a positive magnitude pushes towards lower positions if it is given a direction: Linux' 90 degrees are a force to
-/// the left.
+/// Along X, for an effect with a direction, a positive magnitude pushes towards lower positions: Linux's 90 degrees are a
+/// force to the left.
 std::span<std::byte> PidDriver::constant_force(const Effect& effect, double force_N) {
   const auto report = compose(layout_.set_constant.report);
   const PidValue& magnitude = layout_.set_constant.magnitude;
@@ -220,8 +220,8 @@ void PidDriver::want(Effect& effect, std::span<const std::byte> report) {
   effect.is_sent = false;
 }
 
-/// Sends what has changed or was refused. In a refresh everything is sent, in case it was lost before, together with Start;
-/// a refused refresh is tried again in the next tick.
+/// Sends what has changed or was refused. A refresh sends everything, in case something was lost, together with Start; a
+/// refused refresh is tried again in the next tick.
 void PidDriver::send_wanted() {
   const Duration period{effect_duration_.value_or(kUsualDuration).ns / 2};
   const bool refreshes = !refreshed_at_ || last_.read_at - *refreshed_at_ >= period;

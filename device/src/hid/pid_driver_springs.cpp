@@ -71,8 +71,8 @@ DeviceSpring PidDriver::write_spring(const DeviceSpring& wanted) {
 
 std::span<std::byte> PidDriver::no_spring(const Effect& effect) { return condition(effect, Condition{}); }
 
-/// The number of the block is that of the axis, as with Linux. Firmware that applies block i to axis i then needs no
-/// direction, and has nothing in the blocks of other axes.
+/// The block has the number of the axis, as on Linux. Firmware that applies block i to axis i then needs no direction, and
+/// the blocks of other axes stay empty.
 std::span<std::byte> PidDriver::condition(const Effect& effect, const Condition& counts) {
   const PidSetCondition& layout = *layout_.set_condition;
   const auto report = compose(layout.report);

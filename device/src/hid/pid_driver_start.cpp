@@ -18,9 +18,9 @@ using internal::rounded;
 /// Clockwise from north. Springs along Y point south: firmware that multiplies a spring by its direction then keeps the
 /// sign.
 constexpr std::array<double, 2> kForceDirection_deg{90, 0}, kSpringDirection_deg{90, 180};
-/// As Linux does: devices have been seen that answer wrongly at first.
+/// As many as Linux makes: some devices answer wrongly at first.
 constexpr int kPoolTries = 20;
-constexpr std::int64_t kBelievable = 2;  // effects at once
+constexpr std::int64_t kBelievable = 2;  // least number of effects at once
 
 }  // namespace
 
@@ -38,8 +38,8 @@ void PidDriver::start() {
   }
 }
 
-/// Cleans up after a failed start. A block whose number the device has not told can only be freed by a reset, which enables
-/// the actuators.
+/// Cleans up after a failed start. Only a reset frees a block whose number the device has not told; but a reset enables the
+/// actuators, so they are disabled after it.
 void PidDriver::abandon() noexcept {
   stop();
   if (!layout_.device_control) return;
@@ -107,8 +107,8 @@ void PidDriver::choose_duration() {
   if (counts) effect_duration_ = Duration{rounded(static_cast<double>(*counts) * count_s * 1e9)};
 }
 
-/// Asks the pool who numbers the blocks, and how many effects may play. A device that does not answer, or whose number is
-/// not believable, is driven nevertheless: if it has no room for an effect, it says so when the effect is created.
+/// Asks the pool whether the device or the driver numbers the blocks, and how many effects may play. A device that does not
+/// answer, or not believably, is driven nevertheless: if it has no room for an effect, it says so at the effect's creation.
 void PidDriver::ask_pool() {
   numbers_blocks_ = !layout_.create_effect || !layout_.block_load;
   pid_counters_.pool_unknown = false;
@@ -208,10 +208,10 @@ bool PidDriver::is_by_direction(std::size_t axis) const {
   return !layout_.set_effect.directions.empty() && axis < kForceDirection_deg.size();
 }
 
-/// Addresses a single axis, by its direction if it has one. The bits of axes are set as they are, whatever their logical
-/// range: OpenFFBoard declares 0..0 for the bits of its only axis. They are 0 where Direction Enable says all, because some
-/// firmware takes a direction only if nothing else is set, but not for springs: the same firmware turns a spring's sign with
-/// the number of reports that it has got, unless its axis is named.
+/// Addresses a single axis, by its direction if it has one. Axis bits are set raw, whatever their logical range: OpenFFBoard
+/// declares 0..0 for the bit of its only axis. They stay 0 where Direction Enable is set, because some firmware takes a
+/// direction only if no axis is set. Springs are the exception: unless their axis is named, the same firmware turns their
+/// sign with the number of reports that it has got.
 void PidDriver::address(std::span<std::byte> report, const Effect& effect) const {
   const PidSetEffect& layout = layout_.set_effect;
   const std::size_t axis = effect.axis;

@@ -67,7 +67,7 @@ enum Usage : std::uint32_t {
   kByteCount = 0x01003B,
 };
 
-/// The fields of one report: all fields of a type within a collection that have the same id as the first of them.
+/// The fields of one report: all fields of a type within a collection that have the id of the first such field.
 class Scope {
  public:
   Scope(const ReportDescriptor& descriptor, ReportType type, std::uint32_t collection) : descriptor_(descriptor) {
@@ -120,7 +120,7 @@ class Scope {
   std::vector<const HidField*> fields_;
 };
 
-/// Takes the elements that are there, and notes those that are missing.
+/// Takes the elements that were found, and notes those that are missing.
 class Requirements {
  public:
   explicit Requirements(std::vector<std::string>& missing) : missing_(missing) {}
@@ -137,7 +137,7 @@ class Requirements {
   std::vector<std::string>& missing_;
 };
 
-/// The first elements within a collection of the scope, or with its usage, with their own usages.
+/// The first elements of the scope that lie within a collection, or have its usage; each with its own usage.
 std::vector<std::pair<std::uint32_t, PidValue>> elements_within(const ReportDescriptor& descriptor, const Scope& scope,
                                                                 std::uint32_t collection) {
   std::vector<std::pair<std::uint32_t, PidValue>> found;

@@ -22,7 +22,7 @@ static_assert(kBufferSize >= reference_device::kInputSize);
 /// if it is even older, the device has started to count anew.
 constexpr std::int32_t kDeepestQueue = 64;
 
-/// Before the first report nothing is known; this is before anything that will be (device_clock.h).
+/// Before the first report nothing is known; this age is older than any that a report can have (device_clock.h).
 constexpr Duration kOlderThanAny{2'000'000'000};
 
 /// A device that is farther away reports an end of the range (reference_device.h).

@@ -296,9 +296,9 @@ Parser::Refusal Parser::delimiter(bool open) {
   return std::nullopt;
 }
 
-/// In 32-bit arithmetic that wraps around, as in Linux: a range with too many usages is cut to those that fit, and so is one
-/// whose maximum lies below its minimum, although no usage belongs to it. Linux counts up to the maximum; if that is the
-/// largest number, it never gets there and runs out of room.
+/// In 32-bit arithmetic that wraps around, as in Linux: a range with too many usages is cut to those that fit, and so is a
+/// range whose maximum lies below its minimum, although it has no usages. Linux counts until it is past the maximum; if that
+/// is the largest number, it never gets there and runs out of room.
 Parser::Refusal Parser::usage_range(std::uint32_t maximum, unsigned size) {
   const std::uint32_t minimum = locals_.usage_minimum, used = locals_.usage_count;
   if (maximum - minimum + used >= kMaxUsages) {

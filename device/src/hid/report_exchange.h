@@ -20,8 +20,8 @@ inline constexpr int kMaxReadsPerTick = 1024;
   throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
 }
 
-/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. False: it
-/// is away. Throws DeviceError if the device is gone.
+/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. False: the
+/// device is away. Throws DeviceError if it is gone.
 template <class Take, class Returned>
 bool drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Returned returned) {
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
@@ -53,7 +53,7 @@ inline bool is_taken(HidWrite sent, const HidTransport& transport, DeviceCounter
   return sent == HidWrite::ok;
 }
 
-/// How many reports were refused after they had been taken, since the last call; they are counted.
+/// How many reports, taken at first, have been refused since the last call; adds them to the counters.
 inline std::int64_t new_refusals(const HidTransport& transport, std::int64_t& seen, DeviceCounters& counters) {
   const std::int64_t refused = transport.refused_later();
   const std::int64_t since = refused - std::exchange(seen, refused);
@@ -61,7 +61,7 @@ inline std::int64_t new_refusals(const HidTransport& transport, std::int64_t& se
   return since;
 }
 
-/// Sends a report and waits for what becomes of it; a refused one is tried three times. Not for ticks.
+/// Sends a report and waits until its outcome is known; a refused report is tried three times. Too slow for ticks.
 inline HidWrite send_surely(HidTransport& transport, std::span<const std::byte> report) {
   constexpr int kTries = 3;
   HidWrite sent = HidWrite::rejected;

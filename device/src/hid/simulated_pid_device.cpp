@@ -237,8 +237,7 @@ void SimulatedPidDevice::take(std::span<const std::byte> report) {
   if (is_there(layout_.block_free)) free(static_cast<std::size_t>(get(report, layout_.block_free->block).value_or(0)));
 }
 
-/// The effect that a report names; nullptr if the block does not exist or was not created, and the report then has no
-/// effect.
+/// The effect that a report names; nullptr if the block does not exist or was not created: the report is then ignored.
 SimulatedPidDevice::Effect* SimulatedPidDevice::effect_of(std::span<const std::byte> report, const PidValue& block) {
   const auto index = static_cast<std::size_t>(get(report, block).value_or(0));
   return index >= 1 && index < effects_.size() && effects_[index].allocated ? &effects_[index] : nullptr;
@@ -262,7 +261,7 @@ void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
       static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
 }
 
-/// The bits of axes select; without one, a direction acts along X and Y. A spring along an axis has no direction.
+/// The axis bits select the axes; if none is set, a direction acts along X and Y. A spring along an axis has no direction.
 std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report, bool is_spring) const {
   const PidSetEffect& layout = layout_.set_effect;
   std::array<double, pid::kAxes> along{};

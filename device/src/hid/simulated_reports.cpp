@@ -99,7 +99,7 @@ void SimulatedReports::lose() {
   feel(lost_at_, glm::dvec3(0));
 }
 
-/// What it would have told meanwhile, and what would have happened to that, was told to nobody.
+/// Reports and faults of the time in which the device was away are dropped: nobody was there to see them.
 void SimulatedReports::look_for_device(RealTime now) {
   if (!found_at_ && now > lost_at_ + kPatience) presence_ = Presence::gone;
   if (!found_at_ || now < *found_at_) return;
@@ -134,7 +134,7 @@ std::int64_t SimulatedReports::next_event() const {
 }
 
 /// Nothing is read between two calls, so which ticks the queue keeps can be computed. However long a stall is, it takes no
-/// more work than filling the queue once; a hand must also be moved up to that time.
+/// more work than filling the queue once; but a hand must be moved through all that time.
 void SimulatedReports::make_ticks(std::int64_t last) {
   const auto kept = queue_.make_room(last - next_tick_ + 1);
   const std::int64_t first = next_tick_ + kept.first;

@@ -20,7 +20,7 @@ Inverse3Driver::Inverse3Driver(Inverse3Link& link, const Inverse3Options& option
   begin();
 }
 
-/// With zero force.
+/// Puts the link to rest, with zero force.
 void Inverse3Driver::begin() { link_.rest(inverse3_force_message(device_id_, glm::dvec3(0))); }
 
 Inverse3Driver::~Inverse3Driver() { stop(); }
@@ -67,7 +67,7 @@ DeviceSample Inverse3Driver::read(RealTime now) {
   if (got == Inverse3Link::Read::away || is_away_) {
     is_away_ = last_.away = true;
     last_.drivable = false;
-    heard_at_ = now;  // how long it may be away is the link's affair
+    heard_at_ = now;  // the link decides how long it may be away
   }
   if (!last_.fresh) ++counters_.stale;
   if (now - *heard_at_ > options_.silence)
@@ -78,8 +78,8 @@ DeviceSample Inverse3Driver::read(RealTime now) {
   return last_;
 }
 
-/// The forces rise from zero again, because this tick and those up to the first position say that it is not drivable; and
-/// until then zero is all that it is sent.
+/// The forces rise from zero again, because this tick and those up to the first position say that the device is not
+/// drivable; until then it is sent only zero.
 void Inverse3Driver::come_back(RealTime now) {
   const std::string why_not = objection();
   is_away_ = !why_not.empty();
@@ -91,7 +91,7 @@ void Inverse3Driver::come_back(RealTime now) {
   begin();
 }
 
-/// To what has returned; empty: there is none.
+/// What is wrong with the service or device that came back; empty: nothing.
 std::string Inverse3Driver::objection() const {
   const auto devices = read_inverse3_message(link_.first_message());
   if (!devices) return "what came back is no Inverse Service: " + devices.error();

@@ -11,13 +11,13 @@
 namespace evenstep {
 namespace {
 
-/// It is sent back and printed, so nothing in it may need to be escaped anywhere.
+/// An id is sent back and printed, so no character in it may need to be escaped anywhere.
 bool is_id(std::string_view text) {
   return !text.empty() && text.size() <= kLongestInverse3Id &&
          std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c <= '~' && c != '"' && c != '\\'; });
 }
 
-/// What nlohmann's reader calls.
+/// The callbacks of nlohmann's parser.
 class MessageReader : public nlohmann::json_sax<nlohmann::json> {
  public:
   bool null() override { return other(); }
@@ -102,7 +102,7 @@ class MessageReader : public nlohmann::json_sax<nlohmann::json> {
     }
     return true;
   }
-  /// A value of a type that a field that is used does not have.
+  /// A value of a type that no field we use has; fails if such a field has it.
   bool other() {
     const bool is_used = (path_.empty()) || (where() == Where::message && key_ == "inverse3") || where() == Where::devices ||
                          (where() == Where::device && (key_ == "device_id" || key_ == "state" || key_ == "status")) ||
@@ -113,7 +113,7 @@ class MessageReader : public nlohmann::json_sax<nlohmann::json> {
     return fail(path_.empty() || where() == Where::devices ? "a value where an object was expected"
                                                            : fmt::format("'{}' is of another type", key_));
   }
-  /// Clients take a coordinate that is missing for 0, but a hand that jumps to 0 would be pushed.
+  /// Other clients read a missing coordinate as 0, but a hand that jumps to 0 would be pushed.
   bool take_position() {
     glm::dvec3 position_m;
     for (std::size_t axis = 0; axis < 3; ++axis) {

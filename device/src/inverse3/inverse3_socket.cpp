@@ -27,7 +27,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-constexpr Duration kLost{100'000'000};  // an answer that has not come by then never will
+constexpr Duration kLost{100'000'000};  // an answer that takes longer is taken as lost
 constexpr std::chrono::milliseconds kFarewell{250};
 constexpr Duration kListing{250'000'000};
 constexpr std::chrono::seconds kAttempt{2};
@@ -36,7 +36,7 @@ std::chrono::nanoseconds of(Duration duration) { return std::chrono::nanoseconds
 
 }  // namespace
 
-/// What belongs to the thread of `io` has no lock; `mutex` guards what both sides use.
+/// Members that only the thread of `io` uses have no lock; `mutex` guards those that both sides use.
 struct Inverse3Socket::State {
   State(const Inverse3Address& where, const WallClock& with, const Inverse3SocketOptions& how)
       : address(where), clock(with), options(how), outbox(inverse3_inventory_message(), how.hold) {}
@@ -62,7 +62,7 @@ struct Inverse3Socket::State {
   asio::io_context io{1};
   std::optional<websocket::stream<beast::tcp_stream>> socket;
   asio::steady_timer next_send{io}, farewell{io}, retry{io};
-  beast::flat_buffer incoming{kLongestInverse3Message + 1024};  // whole, and what has come of the one after it
+  beast::flat_buffer incoming{kLongestInverse3Message + 1024};  // a whole message, and the beginning of the next
   std::string outgoing, doing;
   bool is_up = false;    // from connect() until end()
   bool is_open = false;  // open() has returned
@@ -72,9 +72,9 @@ struct Inverse3Socket::State {
   std::mutex mutex;
   Inverse3Outbox outbox;
   std::string newest, why_gone;
-  std::string first, arrived;  // of this connection as its user knows it; of the one that has returned
+  std::string first, arrived;  // first message of the connection in use; of the returned one
   bool has_newest = false, has_unsent = false, gone = false;
-  bool accepted = false;  // since the last connection was lost, or at first, rest() was called
+  bool accepted = false;  // rest() was called since the start or since the last connection was lost
   bool away = false, returned = false;
   RealTime lost_at;
   Inverse3Times times;
@@ -141,7 +141,7 @@ void Inverse3Socket::State::received(error_code error) {
     const auto bytes = incoming.data();
     const std::lock_guard lock(mutex);
     newest.assign(static_cast<const char*>(bytes.data()), bytes.size());
-    has_newest = has_first;  // the first one is told by first_message()
+    has_newest = has_first;  // first_message() gives the first one
     if (asked_at && has_first) times.answered.add(clock.now() - *asked_at);
     if (is_first && away) {
       arrived = newest;
@@ -162,7 +162,7 @@ void Inverse3Socket::State::received(error_code error) {
 // ---- sending
 
 void Inverse3Socket::State::schedule() {
-  // A period after the last time, so that late wake-ups do not add up; at once if that is past.
+  // A period after the last expiry, so that late wake-ups do not add up; at once if that is past.
   next_send.expires_at(
       std::max(next_send.expiry() + of(period_ceil(options.update_rate)), asio::steady_timer::clock_type::now()));
   next_send.async_wait([this](error_code error) {
@@ -208,7 +208,8 @@ void Inverse3Socket::State::say_goodbye() {
   send_due();
 }
 
-/// Of the connection, or of an attempt to have it again. What still runs on the socket is told so before `retry` is due.
+/// Ends the connection, or an attempt to restore it. Operations still running on the socket learn of it before `retry` is
+/// due.
 void Inverse3Socket::State::end(const std::string& why) {
   if (!std::exchange(is_up, false)) return;
   next_send.cancel();
@@ -221,7 +222,7 @@ void Inverse3Socket::State::end(const std::string& why) {
   });
 }
 
-/// False: it is gone for ever.
+/// False: the connection is gone for ever.
 bool Inverse3Socket::State::look_again(const std::string& why) {
   const std::lock_guard lock(mutex);
   const RealTime now = clock.now();
@@ -229,7 +230,7 @@ bool Inverse3Socket::State::look_again(const std::string& why) {
     ++times.lost;
     lost_at = now;
   } else if (times.lost == 0) {
-    gone = true;  // it never was there
+    gone = true;  // there never was a connection
     why_gone = why;
     return false;
   }
@@ -282,7 +283,7 @@ Inverse3Link::Read Inverse3Socket::read(std::string& text) {
 void Inverse3Socket::post(std::string text) {
   const RealTime now = state_->clock.now();
   const std::lock_guard lock(state_->mutex);
-  if (state_->away || state_->returned) return;  // it was not meant for what will be there
+  if (state_->away || state_->returned) return;  // a force is not meant for the next connection
   state_->times.overtaken += state_->has_unsent;
   state_->has_unsent = true;
   state_->outbox.post(std::move(text), now);
@@ -311,7 +312,7 @@ bool built_with_inverse3() { return true; }
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address& address) {
   const WallClock clock(WallEpoch::in(Duration{}));
   try {
-    // Whoever names an address wants to know; a listing sends no force.
+    // Remote addresses too: the user named this one, and a listing sends no force.
     const Inverse3Socket service(address, clock, {.patience = kListing, .remote = true});
     return read_inverse3_message(service.first_message()).value_or({});
   } catch (const DeviceError&) {

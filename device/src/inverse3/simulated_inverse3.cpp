@@ -75,7 +75,7 @@ void SimulatedInverse3::begin_anew() {
   has_returned_ = true;
 }
 
-/// The force that a message asks our device for; empty: it asks for none.
+/// The force that a message asks of our device; empty: it asks for none.
 std::optional<glm::dvec3> SimulatedInverse3::asked_N(const std::string& text) const {
   std::optional<glm::dvec3> asked_N;
   const nlohmann::json order = nlohmann::json::parse(text, nullptr, false);

@@ -22,7 +22,7 @@ struct HandAt {
 
 }  // namespace
 
-/// The handle, for any number of components, and what it takes to check the calls before they are made.
+/// The handle, for any number of components, with the state that is needed to check each call before it is made.
 struct evenstep_remap {
   explicit evenstep_remap(std::uint32_t size) : components(size) {}
   virtual ~evenstep_remap() = default;
@@ -86,7 +86,7 @@ int refuse(int code, const char* format, Arguments... arguments) {
   return code;
 }
 
-/// The first thing wrong with an argument; the checks after it are not made.
+/// The first thing wrong with an argument; later checks are skipped.
 class Check {
  public:
   explicit Check(const char* function) : function_(function) {}

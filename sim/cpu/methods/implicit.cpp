@@ -3,14 +3,14 @@
 // Both compute the velocity x with which the particles move during the substep, u1 = u0 + h x:
 //   M (x - v0) = q F(u0 + q x, x),    q = h for implicit Euler, v1 = x; q = h/2 for implicit midpoint, v1 = 2 x - v0.
 // A Newton step from x solves A dx = q F(u0 + q x, x) - M (x - v0), A = M + q C + q^2 K, where K and C are the negative
-// derivatives of the forces. Implicit Euler is a single Newton step, from x = 0: free particles where they are, grabbed ones
-// where they will be.
+// derivatives of the forces. Implicit Euler is a single Newton step, from x = 0: with free particles where they are and
+// grabbed ones where they will be.
 //
 // A spring's k (n n' + (1 - L/|d|) (I - n n')) is used without its negative part, the buckling of a compressed spring:
 // k (n n' + max(0, 1 - L/|d|) (I - n n')). So A is symmetric and at least M, whatever the configuration and h.
 //
 // The conjugate gradients begin at dx = 0 and run a fixed number of iterations. Their result is exact within the subspace
-// that they have spanned: x' A x = x' (M v0 - q K u0) for linear springs and x = 0 before. That alone gives
+// that they have spanned: x' A x = x' (M v0 - q K u0) for linear springs and x = 0 at the start. That alone gives
 //   E1 = E0 - (h^2 x'K x + (x - v0)' M (x - v0)) / 2    for implicit Euler, however few iterations there are:
 // an unfinished solve is never unstable, it only moves more slowly than the scene should. (Begun at x = v0 it can gain
 // energy.) Implicit midpoint, for which E1 = E0, takes a second Newton step to reach its order, and keeps the energy only as

@@ -44,8 +44,8 @@ void fill_inverse_diagonal(const MethodCells<Real>& cells, const SystemConstants
   }
 }
 
-/// The residual below which conjugate gradients have nothing more to gain: rounding, relative to the first r' D^-1 r, plus
-/// the number below which squares underflow.
+/// The r' D^-1 r below which conjugate gradients gain nothing more: rounding relative to its first value, plus the number
+/// below which squares underflow.
 template <class Real>
 Real residual_floor(Real first) {
   constexpr Real kRounding = std::numeric_limits<Real>::epsilon();

@@ -16,7 +16,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Solves H dx = g for a symmetric H; its pivots are raised to `least` > 0 if they are below.
+/// Solves H dx = g for a symmetric H; pivots below `least` > 0 are raised to it.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> solve_block(Real xx, Real xy, Real xz, Real yy, Real yz, Real zz, Real least,
                                          const Vector<Real>& g) {
@@ -52,8 +52,7 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
 #pragma GCC ivdep
   for (std::ptrdiff_t n = 0; n < count; ++n) {
     const std::ptrdiff_t i = cells[n];
-    // Nine locals, added to in two places: as members of a struct they keep the compiler from vectorising (three times
-    // slower).
+    // Nine local sums, not one struct of nine members: that would keep the compiler from vectorising (three times slower).
     Vector<Real> f;
     Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
     const Vector<Real> moved{u.x[i] - u0.x[i], u.y[i] - u0.y[i], u.z[i] - u0.z[i]};

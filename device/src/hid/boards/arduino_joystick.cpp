@@ -270,7 +270,8 @@ int ArduinoJoystick::along(const Effect& effect, std::size_t axis, double positi
 }
 
 double ArduinoJoystick::spring(const Effect& effect, const Condition& condition, double position, double slope) {
-  // The library compares the position, which is -1 to 1, with counts, so off center it takes one side for all positions.
+  // The library compares the position, which is -1 to 1, with counts, so if the spring's center is not 0 it takes one side
+  // for all positions.
   const int low = condition.center - condition.dead_band, high = condition.center + condition.dead_band;
   const double steepness = slope > 0 ? slope : 1;
   double force = 0;

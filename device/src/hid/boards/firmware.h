@@ -1,5 +1,5 @@
 #pragma once
-/// What the firmware of a board makes of the bytes that it gets. Everything that boards have in common is SimulatedBoard's.
+/// How a board's firmware acts on the bytes that it gets. What all boards have in common is in SimulatedBoard.
 
 #include <cstddef>
 #include <cstdint>
@@ -24,10 +24,10 @@ class Firmware {
   virtual ~Firmware() = default;
   virtual std::vector<std::byte> report_descriptor() const = 0;
   virtual HidDeviceInfo info() const = 0;
-  /// Whether it has such an output report. `ms`: its clock.
+  /// Whether the firmware has such an output report. `ms`: its clock.
   virtual bool take_output(std::span<const std::byte> report, std::int64_t ms) = 0;
   virtual bool take_feature(std::span<const std::byte> report) = 0;
-  /// Its answer; empty: none.
+  /// Its answer to a request for a feature report; empty: none.
   virtual std::vector<std::byte> answer(std::uint8_t id) = 0;
   /// `share`: the position, -1 to 1 along each axis.
   virtual std::vector<std::byte> position_report(const glm::dvec3& share) const = 0;
@@ -36,10 +36,10 @@ class Firmware {
   virtual std::vector<std::byte> state_report(std::uint8_t /*state*/) const { return {}; }
   virtual void see_switches(bool /*safety_switch*/, bool /*actuator_power*/) {}
 
-  /// Ends the effects whose time is over; how many did.
+  /// Ends the effects whose time is over; returns how many ended.
   virtual int end_effects(std::int64_t ms) = 0;
-  /// Shares of full scale, -1 to 1. `slope`: that of the largest coefficient, as a multiple of full scale over half the
-  /// travel; 0: the firmware's own.
+  /// Shares of full scale, -1 to 1. `slope`: the slope of the largest coefficient, as a multiple of full scale over half
+  /// the travel; 0: the firmware's own.
   virtual glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const = 0;
   virtual int playing() const = 0;
   virtual int allocated() const = 0;

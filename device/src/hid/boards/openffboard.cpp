@@ -26,7 +26,7 @@ enum Id : std::uint8_t {
 constexpr std::uint8_t kConstant = 1, kSpring = 8;
 constexpr int kInfinite = 0xFFFF;
 constexpr std::int32_t kMost = 0x7FFF;
-/// (64 + 1) / 256 * 16: the gain and the scale of springs that the firmware has if nobody sets them.
+/// (64 + 1) / 256 * 16: the gain and the scale of springs that the firmware has unless they are set.
 constexpr double kOwnSlope = 4.0625;
 constexpr float kPi = 3.14159265F;
 
@@ -213,7 +213,7 @@ bool OpenFfBoard::take_output(std::span<const std::byte> report, std::int64_t ms
 
 void OpenFfBoard::control(std::uint8_t commands) {
   if (commands & 0x01) active_ = true;
-  if (commands & (0x02 | 0x04)) active_ = false;  // Disable Actuators and Stop All Effects are the same to it
+  if (commands & (0x02 | 0x04)) active_ = false;  // it treats Disable Actuators and Stop All Effects alike
   if (commands & 0x08) {
     active_ = false;
     std::fill(effects_.begin(), effects_.end(), Effect{});

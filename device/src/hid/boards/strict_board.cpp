@@ -1,4 +1,4 @@
-// A firmware that follows the standard to the letter, but for what its quirks say.
+// A firmware that follows the standard to the letter, except for its quirks.
 #include <algorithm>
 #include <array>
 #include <cmath>
