@@ -80,7 +80,7 @@ std::string wrong_array(int of, const Variable& variable) {
       id, count, min, max, of, of);
 }
 
-/// What all systems say that have set their variables.
+/// What each system says that has set its variables.
 Result<std::vector<ShardSaid>> all_said(std::optional<int> of, const Variable& variable) {
   std::vector<ShardSaid> all;
   std::optional<ShardSaid> single;  // one process is a part of nothing, such as the only task of an array's job
