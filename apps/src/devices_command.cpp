@@ -21,7 +21,7 @@ namespace {
 
 struct DevicesArguments {
   bool json = false;
-  std::string service;  ///< empty: kUsualService, of which nothing is said if it is not there
+  std::string service;  ///< empty: kUsualService, which is not mentioned if it is not there
 };
 
 constexpr const char* kUsualService = "ws://127.0.0.1:10001";

@@ -47,8 +47,7 @@ std::string first_columns(std::string_view text, std::size_t columns) {
   return out;
 }
 
-/// A part of the line in two lengths; an empty one is left out. The larger the rank, the sooner a part is shortened or left
-/// out.
+/// A part of the line in two lengths; an empty one is left out. The larger the rank, the sooner a part is left out.
 struct Part {
   int rank;
   std::string whole, brief;

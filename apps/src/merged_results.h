@@ -14,7 +14,7 @@ namespace evenstep::app {
 struct Merged {
   std::string program;
   std::string file;    ///< of the merged lines
-  std::string folder;  ///< for the results: that of the file, and its name without its extension
+  std::string folder;  ///< for the results: beside the file, with its name but no extension
   PartSubject subject;
   bool json = false;
   const std::atomic<bool>& interrupted;

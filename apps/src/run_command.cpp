@@ -210,7 +210,7 @@ struct Call {
   const RunArguments& arguments;
   const std::atomic<bool>& interrupted;
   const Registry& registry;
-  bool several = false;  ///< not just one file that was named: --json is a list
+  bool several = false;  ///< false for a single named file; otherwise --json is a list
   std::string date;      ///< when it began
   std::vector<std::string> summaries;
   std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub

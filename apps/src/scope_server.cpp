@@ -91,7 +91,7 @@ struct Connection {
   std::string out;
   std::size_t sent = 0;  ///< of `out`
   std::deque<Event> waiting;
-  std::uint64_t dropped = 0;  ///< since it was last told
+  std::uint64_t dropped = 0;  ///< since the reader was last told
   bool broken = false;
 };
 

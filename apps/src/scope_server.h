@@ -2,7 +2,7 @@
 /// The server behind `evenstep run --scope`: one page, and a stream of events for it (server-sent events, HTML Living
 /// Standard 9.2), for browsers of this machine.
 ///
-/// It listens on 127.0.0.1 alone. A request is answered only if it has the token of the page's address, a Host that names
+/// It listens on 127.0.0.1 alone. A request is granted only if it has the token of the page's address, a Host that names
 /// this server (so no name that somebody else points here) and, if it has an Origin, this server's own; no other origin is
 /// allowed to read. A request may be 8 KiB long and take 5 s, and a stream whose reader takes nothing for 10 s ends. At most
 /// kMostStreams are open at a time: a further one gets 503. One thread of ordinary priority does all the work; publish()

@@ -15,7 +15,7 @@ namespace evenstep::internal {
 struct AdviceRenderer {
   const char* name;
   const char* of_line;  ///< [[device]] render of the device that shows the jumps
-  const char* of_hand;  ///< of the one that the hand holds
+  const char* of_hand;  ///< of the device that the hand holds
   bool needs_stiffness, needs_springs;
 };
 const AdviceRenderer& renderer_called(const std::string& name);

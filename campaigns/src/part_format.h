@@ -13,7 +13,7 @@ namespace evenstep::internal {
 /// An item as its line says it; a kind of campaign adds what it wants to keep.
 struct PartItem {
   std::int64_t index = 0;
-  bool failed = false;  ///< counted, and what stop_after is about
+  bool failed = false;  ///< such items are counted, and are what stop_after counts
   virtual ~PartItem() = default;
 };
 

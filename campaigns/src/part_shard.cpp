@@ -11,7 +11,7 @@ namespace {
 /// The environment variables with the number of a process, and how many there are.
 struct BatchSystem {
   const char* number;
-  const char* count;  ///< nullptr: none that could be trusted. Some jobs of many may have been submitted again alone
+  const char* count;  ///< nullptr: none to be trusted, because some of many jobs may have been submitted again alone
   int first;          ///< the number of the first shard
 };
 constexpr BatchSystem kBatchSystems[] = {

@@ -34,7 +34,7 @@ BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const std
   return found;
 }
 
-/// Forces that will be late; by how much is not said of a latency that adapts.
+/// Forces that will be late. If the latency adapts, it is not said how late.
 MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan) {
   const std::vector<bool> late = late_forces(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan));
   auto [found, most] = bad_steps(scenario, plan, late, "late",

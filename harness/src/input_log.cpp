@@ -57,7 +57,7 @@ class BytesInMemory final : public LogBytes {
   std::span<const std::byte> bytes_;
 };
 
-/// A file that gets shorter meanwhile ends where its new end is.
+/// A file that gets shorter meanwhile ends at its new end.
 class BytesInFile final : public LogBytes {
  public:
   BytesInFile(const std::string& path, std::size_t size) : LogBytes(size), stream_(path, std::ios::binary) {}

@@ -2,8 +2,8 @@
 // The bytes of a recording's blocks. Each struct has one function `code`, which lists its fields and both writes and reads
 // them. A new field is a new line there, which asks for the version, and it makes kInputLogVersion one higher.
 //
-// Integers and doubles are little-endian, bool is a byte 0 or 1. A text or list has its length (32 bits) in front of it, a
-// value that may be missing a bool.
+// Integers and doubles are little-endian, bool is a byte 0 or 1. A text or list has its length (32 bits) in front of it,
+// and a value that may be missing has a bool.
 
 #include <bit>
 #include <cstddef>

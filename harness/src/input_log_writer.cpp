@@ -16,7 +16,7 @@ namespace {
 
 /// How often the rings are emptied. A kill can lose what the lanes have handed over in this time.
 constexpr Duration kLook{10'000'000};
-/// How often the disk is asked to keep the data, which takes milliseconds to seconds.
+/// How often data is forced to the disk, which takes milliseconds to seconds.
 constexpr Duration kFlush{1'000'000'000};
 /// Five seconds of two devices at 1 kHz. What does not fit stays with the lanes.
 constexpr std::size_t kRingBytes = 1 << 20;

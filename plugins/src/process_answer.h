@@ -22,7 +22,7 @@ enum class RequestKind : std::uint32_t { step = 1, reset = 2 };
 /// `n` and `positions_m` are of a step; a reset has n = 0.
 std::string request_record(RequestKind kind, std::uint64_t n, double step_s, std::span<const glm::dvec3> positions_m);
 
-/// What else an answer has is as in plugin.h.
+/// The other parts of an answer are as in plugin.h.
 struct ProcessAnswer {
   std::uint32_t status = 0;
   std::uint64_t state_digest = 0;
