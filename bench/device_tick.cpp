@@ -1,4 +1,4 @@
-// How late a thread wakes that wants to run 1000 times a second, depending on how it waits and on what the system grants it.
+// How late a thread that wants to run 1000 times a second wakes, depending on how it waits and on what the system grants it.
 // All ways of waiting take turns in blocks of a quarter of a second, so that whatever else the machine does hits all of them
 // alike. Measured once with nothing beside it, and once with a thread on every core that never sleeps.
 //

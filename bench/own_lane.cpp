@@ -2,8 +2,8 @@
 //   build/bench/bench_own_lane SCENARIO [ROUNDS [STEPS]]
 // A thread steps the solver of the scene as fast as it can, while the tools move as the scenario says. In every second block
 // of STEPS steps another thread draws the tissue again and again ([timing] picture pixels, OpenGL ES off screen), so that
-// every step of the block runs beside a drawing. A round is a block without drawings and one with. They take turns in coming
-// first, so that whatever the machine does hits both alike. The factor is the ratio of the mean steps, because a
+// every step of the block runs beside a drawing. A round is a block without drawings and one with. The two alternate in
+// coming first, so that whatever the machine does hits both alike. The factor is the ratio of the mean steps, because a
 // visualization in its own lane must leave time for as many steps as before. Half of the rounds lie in the range that is
 // printed beside it. The ratio of the medians says how slow most steps are. What is drawn is a copy of the particles, which
 // a simulator would have to make between two steps; that cost is not in the factor.

@@ -160,7 +160,7 @@ void std_queue(benchmark::State& state) {
 }
 BENCHMARK(std_queue)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
-/// The lower limit: the same number of lanes resumed in turn, each with its draw, without a queue and without an order.
+/// The lower limit: the same number of lanes resumed one after the other, each with its draw, without a queue and an order.
 struct Turn {
   struct promise_type {
     Turn get_return_object() { return {std::coroutine_handle<promise_type>::from_promise(*this)}; }

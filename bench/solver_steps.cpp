@@ -2,8 +2,9 @@
 // step. It is compared with a plain loop of the same arithmetic (plain_tissue.h). Nothing is timed unless the forces of that
 // loop are bit by bit those of the float solver. PoCL's two drivers are measured side by side in one process:
 //   POCL_DEVICES="basic pthread" OMP_WAIT_POLICY=passive build/bench/bench_solver_steps [ROUNDS [PARTICLES]]
-// OMP_WAIT_POLICY is passive because the process CPU of a candidate would include OpenMP threads that still spin after the
-// one before. In every round each solver makes a few steps, so that whatever the machine does hits all of them alike.
+// OMP_WAIT_POLICY is passive because otherwise the process CPU of a candidate would include OpenMP threads that still spin
+// after the one before. In every round each solver makes a few steps, so that whatever the machine does hits all of them
+// alike.
 #include <algorithm>
 #include <array>
 #include <cstdio>

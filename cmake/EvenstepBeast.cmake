@@ -1,4 +1,4 @@
-# What needs Boost.Beast is on where that is there: EVENSTEP_INVERSE3, and EVENSTEP_SCOPE (CMakeLists.txt).
+# What needs Boost.Beast is on where Boost.Beast is installed: EVENSTEP_INVERSE3, and EVENSTEP_SCOPE (CMakeLists.txt).
 find_path(EVENSTEP_BEAST boost/beast/websocket.hpp)
 mark_as_advanced(EVENSTEP_BEAST)
 set(has_beast OFF)

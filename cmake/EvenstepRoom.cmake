@@ -18,11 +18,11 @@ if(EVENSTEP_SANITIZE)
   include(${CMAKE_CURRENT_LIST_DIR}/EvenstepSanitize.cmake)
 endif()
 
-# Of these only headers are used, and only in sources: who links an installed room does not need them.
+# Only headers of these are used, and only in sources: a program that links an installed room does not need them.
 set(EVENSTEP_HEADERS_ONLY Boost CLI11 nlohmann_json)
 
-# evenstep_alone(SOURCE ...) : these sources are never compiled together with others of their target, so that a name in an
-# unnamed namespace of theirs may be another's, too.
+# evenstep_alone(SOURCE ...) : these sources are never compiled together with others of their target, so their unnamed
+# namespaces may have names that others have too.
 function(evenstep_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -19,15 +19,15 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   target_compile_options(evenstep_options INTERFACE -fno-sanitize=function)
 endif()
 if(EVENSTEP_SANITIZE MATCHES undefined AND NOT EVENSTEP_FUZZ)
-  # A check of every access through a pointer, half the time to build: what it finds, the address sanitizer finds at the
-  # access itself. The fuzz targets have all of them.
+  # A check of every access through a pointer, which takes half the time to build. What it finds, the address sanitizer finds
+  # at the access itself. The fuzz targets have all of them.
   target_compile_options(evenstep_options INTERFACE -fno-sanitize=null,alignment,object-size,vptr)
 endif()
 if(EVENSTEP_FUZZ)
   target_compile_options(evenstep_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# Where a run spends its time. Without optimisation the other rooms compile in a third of the time.
+# The rooms in which a run spends its time. Without optimisation the others compile in a third of the time.
 set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device reports)
 
 set(suppressions ${CMAKE_CURRENT_LIST_DIR}/sanitizers/lsan.supp)

@@ -5,9 +5,9 @@
 # fails, the command that runs it again. Its run folder (figures, summary.json, junit.xml) is evenstep-runs/folder/name in
 # the build folder.
 #
-#   folder   relative to the calling CMakeLists.txt; if it is not below that, names start with its last part. One without a
-#            scenario is an error. Scenarios that are added later are found by the next build. As in `evenstep run FOLDER`,
-#            run folders inside are not searched.
+#   folder   relative to the calling CMakeLists.txt; if it is not below that, names start with its last part. A folder
+#            without a scenario is an error. Scenarios that are added later are found by the next build. As in `evenstep run
+#            FOLDER`, run folders inside are not searched.
 #   LABELS   labels of all of these tests. The `tags` of a scenario, also those that it inherits, are labels of its test:
 #            `ctest -LE '^long$'` leaves out the long ones.
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself

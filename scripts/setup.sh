@@ -123,8 +123,8 @@ compile() {
   }
 }
 
-# Ninja's lines on stdin: NOTE before the first that builds something; on a terminal a running count, and in full whatever
-# else there is to read (the compiler's words).
+# Ninja's lines on stdin: prints NOTE before the first that builds something, and on a terminal a running count. Whatever
+# else there is to read (the compiler's words) is printed in full.
 show_progress() {  # show_progress NOTE
   local line building=
   while IFS= read -r line; do

@@ -108,7 +108,7 @@ std::string folder_for(const AdviseArguments& arguments) {
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-advise")).string();
 }
 
-/// As wide as the terminal that reads it, within reason.
+/// As wide as the terminal that shows it, within reason.
 std::size_t columns_of_output() {
   constexpr std::size_t kFewest = 60;
   winsize size{};

@@ -33,7 +33,7 @@ std::string alone(const CatalogueArguments& arguments, const Scenario& scenario)
   return command;
 }
 
-/// Writes the run folder of a case, and prints what came out unless it is to be JSON.
+/// Writes the run folder of a case, and prints the outcome unless the output is JSON.
 ExitCode show(const CatalogueArguments& arguments, const CatalogueEntry& entry, const std::string& folder) {
   const std::string reproduce = alone(arguments, *entry.scenario);
   ExitCode code = ExitCode::pass;
@@ -60,7 +60,7 @@ Json json_of(const CatalogueEntry& entry) {
 }
 
 /// Does what `options` ask for. If that is the whole, or complete already, each scenario is judged, with a run folder below
-/// `folder`. Nothing, after printing why, if it could not be done; `failed` is then the exit code for that.
+/// `folder`. If it could not be done, prints why and returns nothing; `failed` is then the exit code.
 std::optional<ExitCode> judge(const CatalogueArguments& arguments, CatalogueOptions& options, const std::string& folder,
                               ExitCode& failed) {
   std::int64_t judged = 0, passed = 0;

@@ -160,7 +160,7 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
   facts.add_to_list("strategies", std::move(json), lines);
 }
 
-/// Says what will be saturated, and returns the expectations that cannot be judged for it.
+/// Says what will be saturated, and returns the expectations that cannot be judged because of it.
 std::vector<Diagnostic> explain_saturation(const Scenario& scenario, const std::vector<StrategyPlan>& plans, Facts& facts) {
   const std::vector<ForetoldSaturation> foretold = foretell_saturation(scenario);
   facts.add("saturation", Json::array(), "");
@@ -243,7 +243,7 @@ void explain_run(const Scenario& scenario, Facts& facts) {
                             : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
-/// What the governor does with drawings that are over its budget.
+/// What the governor does with drawings that exceed its budget.
 std::string gives_up(const FrameGovernor& governor) {
   std::string text;
   if (!governor.budget)
@@ -296,7 +296,7 @@ void explain_faults(const ForetoldSchedule& foretold, Facts& facts) {
                  : "  faults end   not in this run, so there is no recovery_time\n");
 }
 
-/// How the forces come, and what the strategies need for it at least.
+/// How the forces come, and the least that each strategy needs for it.
 void explain_source(const Scenario& scenario, const std::vector<StrategyPlan>& plans, Facts& facts) {
   if (!scenario.timing.elsewhere) return;
   const SourceSpec& source = *scenario.timing.elsewhere;
@@ -330,7 +330,7 @@ void explain_build(const Scenario& scenario, Facts& facts) {
     facts.add_to_list("wall_clock_refused", text(missing), fmt::format("  wall clock   refused: {}\n", text(missing)));
 }
 
-/// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
+/// Explains the scenario. Returns what a run could not judge; the fact `verdict` says that the run must fail.
 std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
   explain_head(scenario, facts);
   if (scenario.case_spec) {

@@ -32,7 +32,7 @@ std::string named(const char* what, const std::string& typed, const std::vector<
 }
 
 /// For a call that was not understood: the first word, if it is no command, or the first option that the command does not
-/// have, with the nearest one. Empty if the fault is another one.
+/// have, with the nearest known one. Empty for any other fault.
 std::string mistyped(const CLI::App& program, const std::vector<std::string>& words) {
   std::vector<std::string> known;
   const CLI::App* command = nullptr;

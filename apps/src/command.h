@@ -30,8 +30,8 @@ struct Range {
 };
 
 /// One subcommand. `name` of an operand is what --help calls it, that of an option begins with "--"; `meaning` is one line
-/// of
-/// --help. A value keeps what it was initialized with if it is not given; of an option given twice the parser complains.
+/// of --help. A value keeps what it was initialized with if it is not given. The parser refuses an option that is given
+/// twice.
 class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
@@ -73,19 +73,20 @@ struct CommandText {
 /// All commands of the program, and one call of it.
 class Commands {
  public:
-  /// What is handed to the command that runs: `interrupted`, which is set by a signal, what scenarios may name, and how this
-  /// program was started, for the shell.
+  /// What is handed to the command that runs: `interrupted`, which a signal sets; what scenarios may name; and how this
+  /// program was started, for commands that the user is to paste into a shell.
   Commands(const std::atomic<bool>& interrupted, const Registry& registry, std::string program);
   ~Commands();
 
-  /// A command, and its arguments, which it is still to name as operands and options. run(arguments, interrupted) runs it.
+  /// Adds a command and returns it with its arguments, which the caller has to declare as operands and options.
+  /// run(arguments, interrupted) runs it.
   template <class Arguments>
   std::pair<Command, Arguments&> add(const std::string& name, const std::string& meaning,
                                      ExitCode (*run)(const Arguments&, const std::atomic<bool>&)) {
     auto arguments = std::make_shared<Arguments>();
     return {add_command(name, meaning, [this, arguments, run] { return run(*arguments, interrupted_); }), *arguments};
   }
-  /// One that reads scenarios.
+  /// Adds a command that reads scenarios.
   template <class Arguments>
   std::pair<Command, Arguments&> add(const std::string& name, const std::string& meaning,
                                      ExitCode (*run)(const Arguments&, const std::atomic<bool>&, const Registry&)) {
@@ -94,7 +95,7 @@ class Commands {
             *arguments};
   }
 
-  /// A command without arguments that prints what is made of all commands.
+  /// Adds a command without arguments that prints a text made from all commands.
   void add_text(const std::string& name, const std::string& meaning, std::string (*text)(const std::vector<CommandText>&));
 
   /// The first word of a command that a person can type to start this program again.

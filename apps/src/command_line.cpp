@@ -39,7 +39,7 @@ void on_signal(int signal) {
 
 void take_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
-  // What cannot be written is an error of that write, not the end of a run that drives a device.
+  // A write that fails is an error of that write; it must not end a run that drives a device.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -56,7 +56,7 @@ int command_line(int argc, char** argv, const Registry& registry) {
   for (app::AddCommand* const add : app::kCommands) add(commands);
   const auto asked = commands.parse(argc, argv);
   if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
-  // Whoever reads as much as they want of a list, and then closes the pipe, has what they want.
+  // A reader that closes the pipe after as much of a list as it wants has what it wants.
   const std::string command = argc > 1 ? argv[1] : "";
   const int closed_pipe = static_cast<int>(command == "list" || command == "schema" ? ExitCode::pass : ExitCode::run_failed);
   try {

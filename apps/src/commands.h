@@ -21,10 +21,10 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
 /// program (share/evenstep beside the folder that the program is in), if there is such a file.
 std::string here_or_installed(const std::string& path);
 void print(const std::vector<Diagnostic>& errors);
-/// False if it cannot be written, which is then said.
+/// Prints why and returns false if it cannot be written.
 bool write_text(const std::string& path, const std::string& text);
 bool write_text(const std::string& path, const std::function<void(std::ostream&)>& write);
-/// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the
+/// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of this
 /// user among the temporary files.
 std::filesystem::path default_place();
 /// Lines about the stability of a tissue: method and substeps; longest stable substep, largest stiffness and the particle

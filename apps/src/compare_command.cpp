@@ -24,7 +24,7 @@ struct CompareArguments {
   bool all = false, allow_missing = false, json = false;
 };
 
-/// The runs of one side; empty if one of its files cannot be read, which is then said.
+/// The runs of one side; empty, after printing why, if one of its files cannot be read.
 std::optional<CompareSide> side_of(const std::string& given) {
   SummariesRead read = read_summaries(given);
   print(read.errors);

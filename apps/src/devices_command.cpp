@@ -21,7 +21,7 @@ namespace {
 
 struct DevicesArguments {
   bool json = false;
-  std::string service;  ///< empty: kUsualService, of which nothing is said if it is not there
+  std::string service;  ///< empty: kUsualService, which is not mentioned if it is not there
 };
 
 constexpr const char* kUsualService = "ws://127.0.0.1:10001";
@@ -84,8 +84,8 @@ std::string evdev_ability(const EvdevListing& listing) {
       or_none(positions), listing.spring ? " and springs" : "", or_none(forces));
 }
 
-/// Which of a device's two ways to use, and why. `pid` is the shorter one: it knows what was refused and which switch is
-/// open, and the newest force overtakes those that wait.
+/// Which of a device's two drivers to use, and why. `pid` is the more direct one: it knows what was refused and which switch
+/// is open, and its newest force overtakes those that wait.
 std::string advice(const HidListing& listing, const EvdevListing& evdev) {
   const std::string kind = ability_of(listing).kind;
   if (!evdev.constant) return "neither its evdev node, which plays no constant forces, nor what evenstep has for it";
@@ -191,7 +191,7 @@ nlohmann::ordered_json json_of(const Inverse3Address& service, const Inverse3Sta
           {"force_feedback_node", ""}};
 }
 
-/// Those that no HID device in the list has made.
+/// The evdev devices that no HID device in the list has made.
 std::vector<EvdevListing> evdev_alone(const std::vector<HidListing>& hid, const std::vector<EvdevListing>& evdev) {
   std::vector<EvdevListing> alone;
   for (const EvdevListing& one : evdev) {
@@ -201,7 +201,7 @@ std::vector<EvdevListing> evdev_alone(const std::vector<HidListing>& hid, const 
   return alone;
 }
 
-/// False if what was asked for cannot be looked for in this build, which is then said.
+/// Prints why and returns false if this build cannot look for what was asked for.
 bool can_look(const DevicesArguments& arguments) {
   const auto refuse = [](const std::string& why) {
     spdlog::error("error: {}", why);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder that a run or a study has left; the resolved.toml in it is no scenario of the user's.
+/// Whether a run or a study has left this folder; the resolved.toml in it is no scenario of the user's.
 bool is_run_folder(const fs::path& folder) { return fs::exists(folder / kSummaryFile) || fs::exists(folder / kStudyFile); }
 
 std::vector<std::string> scenarios_below(const std::string& folder) {

@@ -101,8 +101,8 @@ bool write(const std::string& path, const std::function<void(std::ostream&)>& ti
   return error.empty();
 }
 
-/// A recording of a live run says itself what its segments and steps are. The rows of a long one are in files, beside what
-/// is written. Throws RunFailure if there is no room for them.
+/// A recording of a live run itself says what its segments and steps are. A long one has its rows in files, beside the file
+/// that is written. Throws RunFailure if there is no room for them.
 ExitCode import_live_run(const ImportArguments& arguments) {
   const bool writes = !arguments.out.empty() && !arguments.list;
   namespace fs = std::filesystem;

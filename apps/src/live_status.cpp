@@ -25,7 +25,7 @@ std::string number(double value) {
 }
 std::string in_ms(Duration time) { return number(static_cast<double>(time.ns) * 1e-6); }
 
-/// As many columns as code points: what is wider, or combines, only makes the line end earlier or later.
+/// Counts one column per code point. Wide and combining characters only make the line end earlier or later.
 std::size_t columns_of(std::string_view text) {
   std::size_t count = 0;
   for (; !text.empty(); ++count) take_code_point(text);
@@ -47,7 +47,7 @@ std::string first_columns(std::string_view text, std::size_t columns) {
   return out;
 }
 
-/// A part of the line in two lengths; an empty one is left out. The larger the rank, the sooner.
+/// A part of the line in two lengths; an empty one is left out. The larger the rank, the sooner a part is left out.
 struct Part {
   int rank;
   std::string whole, brief;

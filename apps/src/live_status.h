@@ -1,6 +1,6 @@
 #pragma once
-/// One line about a live run, as text. What it says of "the last" second is about the time since the line before; "run" is
-/// about all so far. Numbers have their units, names nothing that commands a terminal.
+/// One line about a live run, as text. "The last" second means the time since the previous line, and "run" means the whole
+/// run so far. Numbers have their units; names have nothing that a terminal takes for a command.
 
 #include <optional>
 #include <string>
@@ -15,8 +15,8 @@ std::string state_text(const WatchedRun::Device& device, const LiveSnapshot::Dev
 /// Whether a force is cut off that would be sent.
 bool any_cut(const WatchedRun& run, const LiveSnapshot& snapshot);
 
-/// The whole line, or what of it is not longer than this many columns: first the parts become shorter, then the least
-/// important are left out. What stays longest: whether forces are let through, the time left, and how to stop.
+/// The line, at most this many columns long: first its parts become shorter, then the least important are left out. What
+/// stays longest: whether forces are let through, the time left, and how to stop.
 std::string status_line(const WatchedRun& run, const LiveSnapshot& snapshot, std::optional<std::size_t> columns = {});
 
 /// Where lines go.
@@ -25,7 +25,7 @@ struct Screen {
   bool colour = false;    ///< red while a force is cut off; needs a terminal
   std::size_t columns = 80;
 };
-/// What is written there for a line; that of a loop that has ended stays.
+/// What is written there for a line. The last line of a loop that has ended stays.
 std::string drawn(const Screen& screen, const WatchedRun& run, const LiveSnapshot& snapshot);
 
 }  // namespace evenstep::app

@@ -14,9 +14,9 @@ namespace {
 constexpr Duration kLook{20'000'000};
 constexpr Duration kRows{100'000'000};
 constexpr Duration kSecond{1'000'000'000};
-/// Rows are sent when they are so old: a lane shows a step or tick right after it ran, but may be held up in between.
+/// Rows are sent once they are this old: a lane shows a step or tick right after it ran, but may be held up in between.
 constexpr Duration kSettled{50'000'000};
-/// Elsewhere than on a terminal a line is written every so many seconds.
+/// Where stderr is no terminal, a line is written every so many seconds.
 constexpr int kPlainSeconds = 10;
 
 }  // namespace

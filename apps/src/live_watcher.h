@@ -1,7 +1,7 @@
 #pragma once
 /// Shows a live run while it runs: a line on stderr (once a second on a terminal, elsewhere every ten seconds; at the end),
 /// and with --scope a page. A thread of ordinary priority looks fifty times a second at what the loop has put into its
-/// rings; the loop does not know it.
+/// rings; the loop does not notice.
 
 #include <atomic>
 #include <memory>
@@ -39,7 +39,7 @@ class LiveWatcher final : public LiveView {
   WatchedRun run_;
   std::unique_ptr<ScopeServer> server_;
 
-  // Of one run of the loop; the thread's own but for the first three.
+  // For one run of the loop. Only the thread uses these, except for the first three.
   LoopWatch* loop_ = nullptr;
   std::unique_ptr<WallClock> clock_;
   std::atomic<bool> ending_{false};

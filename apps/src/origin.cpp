@@ -36,7 +36,7 @@ std::string pointer(const fs::path& file) {
   return without_line_end(internal::read_text_file(file.string(), kMostPointerBytes).value_or(""));
 }
 
-/// What a file of one line "<prefix>VALUE" says; empty if it is none.
+/// The VALUE of a file of one line "<prefix>VALUE"; empty for any other line.
 std::string after(std::string_view prefix, const std::string& line) {
   return line.starts_with(prefix) ? line.substr(prefix.size()) : std::string();
 }
@@ -47,7 +47,7 @@ fs::path git_folder_above(fs::path folder) {
     std::error_code error;
     const fs::path git = folder / ".git";
     if (fs::is_directory(git, error)) return git;
-    // Of a worktree or a submodule it is a file that says where the folder is.
+    // In a worktree or a submodule, .git is a file that says where the folder is.
     if (const std::string elsewhere = after("gitdir: ", pointer(git)); !elsewhere.empty()) return folder / elsewhere;
     if (folder == folder.parent_path()) return {};
   }
@@ -73,7 +73,7 @@ std::string packed(const fs::path& common, const std::string& ref) {
 }
 
 std::string head_commit(const fs::path& git) {
-  // A worktree has a HEAD of its own, and shares its branches with the repository that it was made from.
+  // A worktree has a HEAD of its own, and shares the branches of the repository that it was made from.
   const std::string shared = pointer(git / "commondir");
   const fs::path common = shared.empty() ? git : git / shared;
   std::string content = pointer(git / "HEAD");

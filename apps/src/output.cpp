@@ -66,7 +66,7 @@ class AnnotatingSink : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override {}
 };
 
-/// A stream to the descriptor in which nothing is a command for who reads it: the runner, or a terminal.
+/// A stream to the descriptor in which its reader (the runner, or a terminal) takes nothing for a command.
 struct GuardedStream {
   int descriptor;
   std::function<std::string(std::string_view)> pass;
@@ -76,7 +76,7 @@ ssize_t write_guarded(void* cookie, const char* bytes, std::size_t count) {
   return write_all(stream->descriptor, stream->pass({bytes, count})) ? static_cast<ssize_t>(count) : 0;
 }
 
-/// A file is read by no runner, so what is written there stays as it is.
+/// No runner reads a file, so what is written there stays as it is.
 template <class Guard>
 void guard(std::FILE*& stream, int descriptor, int buffering, Guard guard) {
   struct stat what {};

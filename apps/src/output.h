@@ -1,7 +1,7 @@
 #pragma once
-/// stdout and stderr of the program. In a step of GitHub Actions errors and warnings are annotations there, and nothing else
-/// that is printed is taken for a command by its runner. On a terminal nothing that a scenario contains is a command for it.
-/// Into a file or a pipe goes what is printed, as it is.
+/// stdout and stderr of the program. In a step of GitHub Actions errors and warnings become annotations, and the runner
+/// takes nothing else that is printed for a command. A terminal takes nothing that a scenario contains for a command. What
+/// goes into a file or a pipe is unchanged.
 
 #include <string>
 

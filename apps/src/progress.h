@@ -22,7 +22,7 @@ class Progress {
   bool terminal_;
 };
 
-/// "  23 of 108, 4 failed", or without more "  23 of 108"; "runs" if the total is not known, 0.
+/// "  23 of 108, 4 failed", or "  23 of 108" without `more`; "runs" if the total is not known (0).
 std::string count_words(std::int64_t done, std::int64_t of, const std::string& more);
 
 /// Progress of work that can be counted, with the time that is left: one rewritten line on a terminal, a plain line every

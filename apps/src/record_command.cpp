@@ -78,7 +78,7 @@ bool write_files(const RecordArguments& arguments, const std::string& head, cons
   return write(arguments.out, head + format_timing_csv(recording.segments));
 }
 
-/// Why a solver says nothing of its commands; empty if it does.
+/// Why a solver does not report its commands; empty if it does.
 std::string host_only_text(const RecordArguments& arguments, Solver& solver) {
   if (solver.command_log()) return {};
   if (arguments.host_only) return "host times only: --host-only\n";

@@ -1,6 +1,6 @@
 #pragma once
-/// The options of the commands that take a recording: which names of a profiler's file are what, and what a recording does
-/// not say.
+/// The options of the commands that take a recording: what the names in a profiler's file stand for, and what a recording
+/// does not say.
 
 #include <optional>
 #include <string>

@@ -69,7 +69,7 @@ bool choose_strategies(const ReplayArguments& arguments, Scenario& scenario) {
   return true;
 }
 
-/// The last line. Of a recording that ends early nothing is judged, only compared.
+/// The last line. A recording that ends early is only compared, not judged.
 std::string last_line(const Scenario& scenario, const RunOutcome& outcome, const InputLog& log) {
   if (log.whole() || outcome.exit != ExitCode::pass) return std::string(words(outcome));
   return fmt::format(

@@ -86,7 +86,7 @@ std::string simulated_text(const Scenario& scenario, const RunOutcome& outcome) 
   return whole ? fmt::format("{:.3g} s", all_s) : fmt::format("{:.3g} of {:.3g} s", seconds(reached), all_s);
 }
 
-/// What a solver of the program's own does not have; empty for one that has everything.
+/// A line on what the program's own solver lacks; empty if it lacks nothing.
 std::string lacking_line(const SolverRecord& solver) {
   if (solver.lacks.empty()) return "";
   return fmt::format("the solver '{}' lacks {}: what needs them is left out\n", solver.name, fmt::join(solver.lacks, ", "));
@@ -193,7 +193,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
         "forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
   else
     spdlog::info("forces are off, the device is only read; --forces lets them through");
-  if (!built_with_hidapi()) return;  // those of other kinds are driven all the same
+  if (!built_with_hidapi()) return;  // devices of other kinds are driven all the same
   for (const HidListing& listing : hid_devices()) {
     const auto is_it = [&](const DeviceBinding& binding) { return binding.path == listing.info.path; };
     if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it))
@@ -210,7 +210,7 @@ struct Call {
   const RunArguments& arguments;
   const std::atomic<bool>& interrupted;
   const Registry& registry;
-  bool several = false;  ///< not just one file that was named: --json is a list
+  bool several = false;  ///< false for a single named file; otherwise --json is a list
   std::string date;      ///< when it began
   std::vector<std::string> summaries;
   std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub

@@ -18,7 +18,7 @@ class ScopeFeed {
   void add(const SeenTick& tick);
   void add(const SeenStep& step);
   /// "rows": what ran before `until` and was not sent yet, and the worst state of each device since the last time. Of a
-  /// device faster than 2 kHz only every so manieth tick.
+  /// device faster than 2 kHz, only every n-th tick is sent.
   std::string rows(RealTime until);
   /// "figures"
   static std::string figures(const LiveSnapshot& snapshot);

@@ -91,7 +91,7 @@ struct Connection {
   std::string out;
   std::size_t sent = 0;  ///< of `out`
   std::deque<Event> waiting;
-  std::uint64_t dropped = 0;  ///< since it was last told
+  std::uint64_t dropped = 0;  ///< since the reader was last told
   bool broken = false;
 };
 
@@ -117,7 +117,7 @@ class Server final : public ScopeServer {
  private:
   void wake() const {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);  // full: it wakes all the same
+    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);  // if it is full, it wakes all the same
   }
   void serve();
   bool wait();
@@ -326,7 +326,7 @@ void Server::refuse(Connection& connection, int status) {
   connection.out += body;
 }
 
-/// The next event of a stream becomes what is sent.
+/// Makes the next event of a stream what is sent.
 void Server::next_event(Connection& connection) {
   if (connection.state != Connection::State::stream || connection.sent < connection.out.size()) return;
   connection.out.clear();

@@ -2,11 +2,11 @@
 /// The server behind `evenstep run --scope`: one page, and a stream of events for it (server-sent events, HTML Living
 /// Standard 9.2), for browsers of this machine.
 ///
-/// It listens on 127.0.0.1 alone. An answer needs the token of the address that it was opened with, a Host that names it (so
-/// no name that somebody else's server points here) and, if there is an Origin, its own; it gives no other origin leave to
-/// read. A request may be 8 KiB long and take 5 s, a stream whose reader takes nothing for 10 s ends, and there are as many
-/// as kMostStreams at a time: a further one gets 503. Everything that it does is done by one thread of its own, of ordinary
-/// priority; publish() waits for no reader.
+/// It listens on 127.0.0.1 alone. A request is granted only if it has the token of the page's address, a Host that names
+/// this server (so no name that somebody else points here) and, if it has an Origin, this server's own; no other origin is
+/// allowed to read. A request may be 8 KiB long and take 5 s, and a stream whose reader takes nothing for 10 s ends. At most
+/// kMostStreams are open at a time: a further one gets 503. One thread of ordinary priority does all the work; publish()
+/// waits for no reader.
 
 #include <cstdint>
 #include <memory>
@@ -43,11 +43,11 @@ class ScopeServer {
   virtual ScopeCounts counts() const = 0;  ///< callable from any thread
 };
 
-/// Whether this build has one (EVENSTEP_SCOPE).
+/// Whether this build has a scope server (EVENSTEP_SCOPE).
 bool built_with_scope();
-/// What a call may do in its place.
+/// What to do instead where it has none.
 inline constexpr std::string_view kInsteadOfScope = "leave --scope out: a line a second says the same";
-/// The error says why not, and what would do.
+/// The error says why it cannot be opened, and what would help.
 Result<std::unique_ptr<ScopeServer>, std::string> open_scope_server(const ScopeServerOptions& options);
 
 }  // namespace evenstep::app

@@ -179,7 +179,7 @@ std::vector<FolderFile> results(const StudyArguments& arguments, const Scenario&
   return files;
 }
 
-/// They go into the folder of the lines, file by file, and leave the parts that may be there alone.
+/// The results go into the folder of the lines, file by file; parts that may be there are left alone.
 ExitCode finish_parts(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
                       const StudyPartsOutcome& outcome) {
   ExitCode code = outcome.exit;
@@ -218,7 +218,7 @@ ExitCode study_parts(const StudyArguments& arguments, const Scenario& scenario, 
   return finish_parts(arguments, scenario, goal, outcome);
 }
 
-/// What keeps a scenario that was read from being studied.
+/// Why a scenario that was read cannot be studied.
 std::vector<Diagnostic> objections(const Scenario& scenario, const std::optional<StudyGoal>& goal) {
   std::string objection;
   if (scenario.study.stiffness_limit) {

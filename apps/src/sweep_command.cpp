@@ -57,7 +57,7 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
   return write_text(page.file.string(), text) ? outcome.exit : worse(outcome.exit, ExitCode::run_failed);
 }
 
-/// Its exit code says nothing about the points: 0 if the parts could be read.
+/// The exit code says nothing about the points: it is 0 if the parts could be read.
 ExitCode print_status(const SweepArguments& arguments) {
   const Result<SweepStatus> status = sweep_status(arguments.part.status);
   if (!status) {
@@ -103,7 +103,7 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
       arguments.json, arguments.junit, page);
 }
 
-/// Parts of a study, a sizing or the catalogue. What their lines mean only their own command can say.
+/// Parts of a study, a sizing or the catalogue. Only their own command knows what their lines mean.
 ExitCode merge_others(const MergeArguments& arguments, const std::string& kind, const std::atomic<bool>& interrupted,
                       const Registry& registry) {
   if (!arguments.junit.empty()) {

@@ -27,8 +27,8 @@ std::string escaped(std::string_view text, std::string_view special) {
 constexpr std::array<std::string_view, 8> kOwnSequences{"\r\033[K", "\033[0m",  "\033[31m", "\033[32m",
                                                         "\033[33m", "\033[35m", "\033[90m", "\r\n"};
 
-/// How many bytes of `text` belong together from its first byte on: a sequence of our own or a character. 0: that depends on
-/// bytes that are not there yet.
+/// How many bytes of `text` belong together from its first byte on: a sequence of our own or a character. 0 if that depends
+/// on bytes that have not come yet.
 std::size_t unit_length(std::string_view text) {
   for (const std::string_view own : kOwnSequences) {
     if (text.starts_with(own)) return own.size();
@@ -68,7 +68,7 @@ std::string annotation(AnnotationLevel level, const Place& place, std::string_vi
 
 std::string file_in_repository(const std::string& file, const std::string& workspace) {
   namespace fs = std::filesystem;
-  std::error_code none;  // there is no absolute path of an empty one
+  std::error_code none;  // an empty path has no absolute one
   const fs::path absolute = fs::absolute(file, none).lexically_normal();
   const fs::path inside = none || workspace.empty() ? fs::path() : absolute.lexically_relative(workspace);
   return inside.empty() || *inside.begin() == ".." ? file : inside.string();

@@ -28,17 +28,18 @@ using internal::AdvicePace;
 using internal::AdviceRenderer;
 using internal::AdviceSetting;
 
-/// What was sampled before the hand stopped is off by a period of the device at most; what is more was made up. In periods.
+/// An error of up to a period of the device is that of the sample before the hand stopped; a larger one was made up. In
+/// periods.
 constexpr double kSampled = 1.001;
 constexpr const char* kTimingFile = "timing.csv";
-/// Share of the stiffness of the law with which the hand of the run must come to rest: with jitter the largest stable one
-/// was up to 5 % below the law (docs/stiffness.md).
+/// The hand of the run must come to rest at this share of the law's stiffness: with jitter the largest stable stiffness was
+/// up to 5 % below the law (docs/stiffness.md).
 constexpr double kTriedShare = 0.8;
-/// Where the search begins again if the hand shakes with what the map carries without prediction.
+/// Where the search begins again if the hand shakes even with what the map carries without prediction.
 constexpr double kLeastSearched_N_per_m = 1;
 /// The last eighth of what is judged is compared with earlier ones, and a hand of 0.2 kg at 20 N/m swings once in 0.6 s.
 constexpr Duration kShortestRest{5'000'000'000};
-/// The line's hand goes at most so far, so that its force stays below 2000 N with the stiffest springs (8 kN/m).
+/// The line's hand goes at most this far, so that its force stays below 2000 N with the stiffest springs (8 kN/m).
 constexpr double kMostWay_m = 0.15, kMostSpeed_m_per_s = 0.1;
 
 /// A folder among the temporary files, in which the scenarios lie while they are read.
@@ -89,7 +90,7 @@ std::optional<double> metric(const Metrics& metrics, const std::string& signal, 
   return value == found->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-/// What is not judged: the first second, or the first half of what is shorter than two; as `size` has it.
+/// The part that is not judged: the first second, or the first half of what is shorter than two seconds, as in `size`.
 Duration warmup_of(Duration length) { return std::min(Duration{1'000'000'000}, Duration{length.ns / 2}); }
 
 /// Computes the record for segments that were sized.
@@ -125,7 +126,7 @@ class Adviser {
   }
 
  private:
-  /// The timing of a choice, with what it costs against the one that was given.
+  /// The timing of a choice, with what it costs compared with the given one.
   struct Timing {
     std::string file = kTimingFile;
     std::optional<FrameGovernor> governor;  ///< over the segments of the file
@@ -169,7 +170,7 @@ class Adviser {
     std::vector<WhatIf> governors;
     if (has_pauses) governors = options_.governors.value_or(internal::default_governors(segments_));
     for (const AdvicePace& pace : internal::paces(has_pauses, options_, governors)) {
-      // No law says what it carries, so it is searched for with a hand.
+      // No law says how stiff a spring this map carries, so a run with a hand has to find it.
       if (pace.map == StrategyKind::predict && !long_enough()) continue;
       const std::optional<Timing> timing = timing_of(pace);
       if (!timing) continue;
@@ -178,7 +179,7 @@ class Adviser {
     }
   }
 
-  /// Empty if the change has no meaning for these segments, which is then noted.
+  /// Empty, with a note, if the change has no meaning for these segments.
   std::optional<Timing> timing_of(const AdvicePace& pace) {
     if (!pace.governor) return Timing{.warmup = result_.record.warmup};
     const Result<WhatIfTiming> changed = apply(causal(*pace.governor).value_or(*pace.governor), segments_, true);
@@ -282,8 +283,9 @@ class Adviser {
     return out;
   }
 
-  /// What `predict` carries: up to the law for its delay, which does not know that it also runs on. On a long recording each
-  /// run of the search takes seconds, so it begins with what the map carries without prediction, or half of where it ends.
+  /// The stiffness that `predict` carries: at most that of the law for its delay, which does not know that the map also runs
+  /// on. On a long recording each run of the search takes seconds, so the search begins with what the map carries without
+  /// prediction, or with half of its upper end if that is less.
   void search(const std::string& file, const Plan& plan, internal::AdviceScenario& own, AdviceChoice& out) const {
     own.search_to_N_per_m = three_digits(out.stiffness_N_per_m);
     own.search_from_N_per_m = three_digits(std::min(without_prediction_N_per_m(file, plan, own), out.stiffness_N_per_m / 2));
@@ -315,12 +317,12 @@ class Adviser {
     StudyControl control;
     control.interrupted = options_.interrupted;
     Scenario scenario = staging_.read(file, text(plan, own));
-    // The line's hand feels a spring of its own, so the other one does not notice that it is away.
+    // The line's hand feels a spring of its own, so the hand that is searched for does not notice that the line is away.
     std::erase_if(scenario.devices, [](const DeviceSpec& device) { return !device.hand; });
     return run_stiffness_limits(scenario, control);
   }
 
-  /// What runs on where a hand stops, of a map that makes up what the hand will do. All others give the solver where it was.
+  /// How far a map that predicts the hand runs on where the hand stops. All other maps give the solver where the hand was.
   void stop(const Plan& plan, const internal::AdviceScenario& own, AdviceChoice& out) const {
     out.stops_scenario = text(plan, own, true);
     const RunOutcome outcome = ran(staging_.read(stops_file(out), out.stops_scenario), out);
@@ -380,7 +382,7 @@ class Adviser {
   std::map<std::string, Sized> sizes_;
 };
 
-/// One digit, and so slow that the line's springs are not stretched too far.
+/// Rounded down to one digit, and so slow that the line's springs are not stretched too far.
 double speed_for(Duration length) {
   const double most = std::min(kMostWay_m / seconds(length), kMostSpeed_m_per_s);
   const double decade = std::pow(10, std::floor(std::log10(most) + 1e-9));
@@ -432,7 +434,7 @@ AdviseResult advise_recording(const std::string& path, const AdviseOptions& opti
 
 namespace {
 
-/// The devices of the choices say nothing of ages: what the scenario's own say is not in the numbers.
+/// The devices of the choices have no ages, so those of the scenario's own devices are not in the numbers.
 std::string ages_left_out(const Scenario& scenario) {
   std::string devices;
   for (const DeviceSpec& device : scenario.devices) {

@@ -18,7 +18,8 @@ constexpr AdviceRenderer kRenderers[]{
     // What the device renders by itself is at each tick what `local` would send; only the hand can tell them apart.
     {"device_spring", R"({ kind = "local" })", R"({ kind = "device_spring" })", true, true}};
 
-/// Primes, so that no pace of segments goes with them. In half the time the stops' hand goes twice as fast as the line's.
+/// Primes, so that no pace of segments falls in step with them. The hand that stops moves half of the time, and then twice
+/// as fast as the line's.
 constexpr int kStopsEvery_ms = 331, kSlip_ms = 167;
 
 std::string rate_text(Rate rate) {
@@ -78,7 +79,8 @@ std::string stops_text(const AdviceSetting& setting, const AdviceRenderer& rende
 }
 
 std::string device_text(const AdviceSetting& setting, const AdviceRenderer& renderer) {
-  // The springs of the line would be stretched by most where the loop carries most: advise.cpp limits its way.
+  // The line's force would be largest where the loop carries the stiffest springs, so advise.cpp limits how far its hand
+  // goes.
   std::string out = programmed_text(setting, renderer, "\"line\"", "shows the jumps: its hand moves evenly",
                                     fmt::format("kind = \"constant-velocity\", velocity = [\"{} m/s\", \"0 m/s\", \"0 "
                                                 "m/s\"], start = \"smooth 0.2 s\"",
@@ -122,7 +124,7 @@ const AdviceRenderer& renderer_called(const std::string& name) {
 std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names) {
   std::vector<const AdviceRenderer*> all, few;
   for (const std::string& name : names) {
-    // Forces that are played as they come have no next one to go to.
+    // A force that is played as it comes has no next one to move to.
     if (pace.map == StrategyKind::direct && name == "linear" && names.size() > 1) continue;
     all.push_back(&renderer_called(name));
     if (name == "hold" || name == "local") few.push_back(all.back());

@@ -15,7 +15,7 @@ namespace evenstep::internal {
 struct AdviceRenderer {
   const char* name;
   const char* of_line;  ///< [[device]] render of the device that shows the jumps
-  const char* of_hand;  ///< of the one that the hand holds
+  const char* of_hand;  ///< of the device that the hand holds
   bool needs_stiffness, needs_springs;
 };
 const AdviceRenderer& renderer_called(const std::string& name);
@@ -29,14 +29,14 @@ struct AdvicePace {
   bool adaptive = false;       ///< a latency that adapts, at most the least one for which nothing is late
   bool all_renderers = false;  ///< false: with the plainest and the local model, which suffices to compare
 };
-/// The paces worth comparing for segments that come with pauses, or without any, and could be changed so.
+/// The paces worth comparing for segments with or without pauses, as they are and with each of these governors.
 std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors);
-/// Of those that are asked for, the renderers that go with a pace; at least one.
+/// The renderers among those asked for that go with a pace; at least one.
 std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names);
 /// What is compared by default, for these segments.
 std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments);
 
-/// The hand that stops moves so many times as fast as the line's, which moves at the same mean speed.
+/// The speed at which the hand that stops moves, if its mean speed is that of the line's hand.
 double stops_speed(double speed_m_per_s);
 
 /// What the scenarios of all choices have in common.
@@ -64,7 +64,7 @@ struct AdviceScenario {
   std::optional<double> search_to_N_per_m;  ///< `evenstep study` of it finds the largest stable stiffness up to there
   std::optional<AdviceLatency> latency;     ///< empty: the least for which nothing is late
 };
-/// Without expectations. `stops`: in place of its devices one whose hand stops again and again, for what runs on there.
+/// Without expectations. `stops`: instead of its devices, one whose hand stops again and again, to see what runs on there.
 std::string scenario_text(const AdviceSetting& setting, const AdvicePace& pace, const AdviceRenderer& renderer,
                           const AdviceScenario& own, bool stops = false);
 /// What its run must give: the numbers of the choice.

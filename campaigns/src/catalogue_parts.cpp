@@ -132,7 +132,7 @@ class Catalogue {
     options.control.interrupted = options_.interrupted;
     RunOutcome outcome = run_scenario(entry.scenario, options);
     if (outcome.exit == ExitCode::interrupted) return {};
-    // A part that this evenstep is built without; all else was found when the scenarios were read.
+    // A part that this evenstep is built without; every other fault was found when the scenarios were read.
     if (!outcome.errors.empty()) outcome.failure = text(outcome.errors.front());
     Json line = {{"scenario", entry.scenario.name}, {"run", json_of(outcome)}};
     if (outcome.exit != ExitCode::pass) line["failed"] = true;
@@ -154,7 +154,7 @@ class Catalogue {
       refuse_line("has another value than its cell");
   }
 
-  /// Calls it for each scenario, of which all items must have been taken in.
+  /// Calls `judged` for each scenario. All their items must have been taken in.
   ExitCode judge(const std::function<void(CatalogueEntry&)>& judged) const {
     ExitCode worst = ExitCode::pass;
     auto cell = cells_.begin();

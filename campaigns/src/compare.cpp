@@ -17,7 +17,7 @@ namespace {
 using Change = ComparedFigure::Change;
 using Value = std::optional<double>;
 
-/// One figure on one side. Without a number the word says what stands there.
+/// One figure on one side. Without a number, the word says what is there instead.
 struct Figure {
   Value number;
   std::string word;
@@ -215,9 +215,9 @@ class Comparison {
     ++record_.conditions[condition].broken;
   }
 
-  /// What is broken first, then what nobody can compare, then what is worse; verdicts before numbers, and of these the
-  /// relatively largest change first. A change from 0 has no relative size: that of a count comes first, and that of
-  /// anything else last, because it may be as small as rounding.
+  /// First what breaks a threshold, then what cannot be compared, then what is worse. Verdicts come before numbers, and of
+  /// these the relatively largest change first. A change from 0 has no relative size: that of a count comes first, and that
+  /// of anything else last, because it may be as small as rounding.
   static std::tuple<bool, Change, bool, double> rank(const ComparedFigure& figure) {
     double size = 0;
     if (figure.has_numbers()) size = *figure.a == 0 && figure.unit != "count" ? 0 : std::abs(figure.relative());

@@ -70,7 +70,7 @@ ExpectationNames numbered(const RunSummary& run, const std::vector<std::string>&
   return out;
 }
 
-/// "scene.stiffness = '200 N/m'" for each line of resolved.toml: the table's name is on every one.
+/// "scene.stiffness = '200 N/m'" for each line of resolved.toml, each with its table's name.
 std::set<std::string> settings_of(const std::vector<std::string>& lines) {
   std::set<std::string> settings;
   std::map<std::string, int> tables;

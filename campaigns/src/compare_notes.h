@@ -11,7 +11,7 @@ namespace evenstep::internal {
 
 /// A name for each expectation of a run, different from all others on the same signal: "velocity_jump <= 1e-06 step".
 using ExpectationNames = std::vector<std::string>;
-/// Those of two runs. The same expectation has the same name in both, and so has one whose limit was changed: that of B.
+/// The names for two runs. The same expectation has the same name in both; one whose limit was changed has its name in B.
 std::pair<ExpectationNames, ExpectationNames> expectation_names(const RunSummary& a, const RunSummary& b);
 
 const char* verdict_word(ExpectationResult::Verdict verdict);

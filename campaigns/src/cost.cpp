@@ -115,7 +115,7 @@ class Measurement {
   Side side(const Scene& scene) const { return {make_solver(scenario_.solver, scene, solver_options_), scene}; }
 
   void libraries() {
-    // Once per process: after that it has opened OpenCL itself.
+    // Once per process, because after that the process itself has opened OpenCL.
     static const Opened opencl = internal::opened_in_children([] { open_opencl(); }, kChildren);
     static const Opened hidapi = internal::opened_in_children([] { hid_devices(); }, kChildren);
     put_library(add("OpenCL", uses_opencl(), uses_opencl() ? "solver = \"opencl\"" : "not loaded: no solver needs it"),
@@ -144,7 +144,8 @@ class Measurement {
     if (uses_opencl() && !stopped()) opencl_or_cpu();
   }
 
-  /// A solver of the program is asked for what nobody asked it for; if it then still leaves it out, it has none.
+  /// The program's own solver is asked for the part although the scene does not need it. If it still leaves the part out, it
+  /// has none.
   void absent_foreign_part(PartCost& cost) {
     Scene scene = scene_;
     scene.variable_step |= cost.part == "variable step";
@@ -182,7 +183,7 @@ class Measurement {
     put_pairs(step_pairs(with, without, path_, options_), add("OpenCL instead of cpu", true, "solver = \"opencl\""));
   }
 
-  /// A variant of the run, which is the run without a part.
+  /// A variant of the run: the run without one part.
   struct Variant {
     std::size_t part;  ///< in the report
     Scenario scenario;
@@ -243,7 +244,7 @@ class Measurement {
   void shorten() {
     short_ = scenario_;
     short_.interrupt.reset();
-    // What is judged, and drawn, is part of it.
+    // It must reach what is judged and drawn.
     const Duration judged_too{scenario_.warmup.ns / 4 * 5};
     short_.run_duration = std::min(scenario_.run_duration, std::max(kFirstRun, judged_too));
     const double first_s = timed([&] { record_run(short_, plans_, one_thread()); });
@@ -292,7 +293,7 @@ class Measurement {
     if (is_threads) options.threads = 0;
     RunRecord record;
     const double variant_s = timed([&] { record = record_run(variant.scenario, variant.plans, options); });
-    // With threads the variant is the run with the part, not without.
+    // For threads the variant is the run with the part, not without it.
     const double with_s = is_threads ? variant_s : base_s, without_s = is_threads ? base_s : variant_s;
     variant.percent.push_back(with_s > 0 ? 100 * (with_s - without_s) / with_s : 0);
     for (const StrategyRecord& strategy : record.strategies) {

@@ -25,11 +25,11 @@ struct StepPairs {
   bool compared_particles = false;
   std::int64_t steps = 0;  ///< of each side
 };
-/// Lets both make the same steps along the path, some at a time, the one that goes first changing from pair to pair. At the
-/// end of the path both are reset and begin again.
+/// Lets both make the same steps along the path, some at a time; the two alternate in going first. At the end of the path
+/// both are reset and begin again.
 StepPairs step_pairs(Side& with, Side& without, const ToolPath& path, const CostOptions& options);
 
-/// What opening a library takes in a process that has not opened it, each time in one of its own.
+/// What opening a library takes in a process that has not opened it yet. Each time is measured in a new process.
 struct Opened {
   Measured cpu_ms, resident_MiB;
   std::string error;  ///< if it cannot be opened

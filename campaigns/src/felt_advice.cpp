@@ -1,4 +1,4 @@
-// The advice what to use for a given error of the felt force, and the folder of such a study.
+// The advice on what to use for a given error of the felt force, and the folder of such a study.
 #include <fmt/format.h>
 
 #include "evenstep/campaigns/felt_study.h"
@@ -20,7 +20,7 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
     if (point.state != StudyCell::State::measured) continue;
     if (least == nullptr || point.total.rms_N < least->total.rms_N) least = &point;
     if (!(point.total.rms_N <= most_N)) continue;
-    // Strategies share the cost of method and step: of these the one with the least error.
+    // All strategies with one method and step cost the same: of these the one with the least error.
     if (best == nullptr || point.cpu.median < best->cpu.median ||
         (point.cpu.median == best->cpu.median && point.total.rms_N < best->total.rms_N))
       best = &point;

@@ -15,7 +15,7 @@
 
 namespace evenstep::internal {
 
-/// A strategy with what does not depend on method and step.
+/// A strategy, with its values that do not depend on method and step.
 struct FeltStrategy {
   StrategyPlan plan;
   std::vector<double> ideal_age_s, age_s;  ///< per device: with an ideal device, with the scenario's
@@ -31,7 +31,7 @@ class FeltCells {
   bool interrupted() const { return run_control_.is_interrupted(); }
   /// The record without its reference, ticks and points.
   FeltStudyRecord description() const;
-  /// What all cells need: the reference, read or computed, and the ages of the strategies. cell() does it, too, if nobody
+  /// Prepares what all cells need: the reference, read or computed, and the ages of the strategies. cell() does so if nobody
   /// has.
   void prepare();
   const FeltReferenceInfo& reference() const { return reference_.info; }  ///< after prepare()

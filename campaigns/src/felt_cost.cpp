@@ -81,7 +81,7 @@ std::vector<StudyRun> felt_cells(const Scenario& scenario) {
   const StudySpec& study = scenario.study;
   std::vector<StudyRun> cells;
   if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
-    // Nobody but the program knows how its solver integrates, but that there are steps: they can be cut.
+    // Only the program knows how its solver integrates, but it has steps, and they can be cut.
     const bool has_steps = std::holds_alternative<ForeignScene>(scenario.scene.body);
     const std::vector<StudyStep> steps = !has_steps            ? std::vector<StudyStep>{{1, 1}}
                                          : study.steps.empty() ? std::vector<StudyStep>{{1, 1}, {2, 1}, {4, 1}}

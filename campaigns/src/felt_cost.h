@@ -10,8 +10,8 @@
 namespace evenstep::internal {
 
 /// Every solver, method, number of iterations and step of [study]. Without `step_sizes` there are three steps of each
-/// method: the one that substeps = "auto" takes, its half and its quarter. A foreign scene has a
-/// cell for each step, by default its own, its half and its quarter. Other scenes have one cell.
+/// method: the one that substeps = "auto" takes, its half and its quarter. A foreign scene has a cell for each step, by
+/// default its own, its half and its quarter. Other scenes have one cell.
 std::vector<StudyRun> felt_cells(const Scenario& scenario);
 /// The most substeps among the explicit cells.
 int finest_substeps(const std::vector<StudyRun>& cells);

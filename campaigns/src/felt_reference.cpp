@@ -66,8 +66,8 @@ glm::dvec3 cubic_N(const EvenForces& forces, std::size_t tool, const std::array<
   return sum;
 }
 
-/// What cubics leave between the instants, rms: with every second instant they leave 2^4 times as much, which is what they
-/// miss at the instants left out. An eighth of that is on the safe side.
+/// The rms error of the cubics between the instants. Cubics through every second instant have 2^4 times this error, and it
+/// shows at the instants left out. An eighth of that is on the safe side.
 double cubic_error_N(const EvenForces& forces, std::size_t tools) {
   double sum = 0;
   std::size_t count = 0;
@@ -185,8 +185,8 @@ FeltReference solve_felt_reference(const Scenario& scenario, const ReferencePlan
       reference.info.estimate_N = kReferenceSafety * rms_difference_N(first, second, scenario.devices.size());
       first = std::move(second);
     }
-    // Nobody knows the order of a solver that the program brings along. If it is at least 1, half the step leaves no more
-    // than what it changes.
+    // The order of a solver that the program brings along is unknown. If it is at least 1, the error that is left at half
+    // the step is at most the change that halving makes.
     if (std::holds_alternative<ForeignScene>(scenario.scene.body)) {
       const EvenForces half = run_half_steps(scenario, plan, control);
       reference.info.estimate_N = kReferenceSafety * rms_difference_N(first, half, scenario.devices.size());

@@ -44,7 +44,7 @@ class MotionExchange final : public Exchange {
   }
 
  private:
-  /// The line through now and a window before now, `ahead` of now.
+  /// The value at `now` + `ahead` of the line through the positions at `now` and one window before.
   glm::dvec3 beyond(std::size_t device, RealTime now, Duration ahead) const {
     const Extrapolation& line = links_[device].interaction;
     const glm::dvec3 newest = position_m(motions_[device], now);
@@ -60,7 +60,7 @@ class MotionExchange final : public Exchange {
   std::vector<std::optional<Filter<glm::dvec3>>> filters_;
 };
 
-/// A driver, and after each force what the motors of its device do.
+/// A driver that also notes what the motors of its device do after each force.
 class FeltDevice final : public HapticDevice {
  public:
   FeltDevice(HapticDevice& driver, SimulatedDevices& devices, std::size_t tool)

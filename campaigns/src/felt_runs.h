@@ -38,23 +38,24 @@ using FeltTicks = std::vector<std::vector<FeltTick>>;
 /// Runs one strategy up to the end of the judged span, with the scenario's scene, method and step. Throws RunFailure.
 FeltTicks felt_ticks(const Scenario& scenario, const StrategyPlan& plan, DeviceModel model, const RunControl& control);
 
-/// Per device: the mean over its judged ticks of their time minus the time at which the hand was where the force of the tick
-/// has it, s. It is found by running the strategy on a spring with a hand that moves evenly, whose force tells the time; so
-/// it includes whatever the strategy does to the signal. Without [[device]] delay: a tick is when the motors get a force.
+/// Per device, the mean age of the forces at its judged ticks, s: the time of the tick minus the time at which the hand was
+/// where the force has it. To find it, the strategy runs on a spring with a hand that moves evenly, whose force tells the
+/// time; so the age includes whatever the strategy does to the signal. Without [[device]] delay: a tick is when the motors
+/// get a force.
 std::vector<double> mean_ages_s(const Scenario& scenario, const StrategyPlan& plan, DeviceModel model,
                                 const RunControl& control);
 
-/// The forces of a solver that is stepped evenly, each with the time at which the hand was where it answers.
+/// The forces of a solver that is stepped evenly, each with the time of the hand's position that it answers.
 struct EvenForces {
   std::vector<RealTime> read;
   std::vector<std::array<glm::dvec3, kMaxTools>> force_N;
 };
 /// Steps of `rate` from the instant `-lead` on, up to one at `until` or later, that read the programmed motions themselves.
-/// Ends early, with what there is, when it is interrupted.
+/// When it is interrupted, it ends early with what there is.
 EvenForces step_evenly(Solver& solver, const Scenario& scenario, Rate rate, Duration lead, RealTime until,
                        const RunControl& control);
-/// What a device plays of them for a hand at its place at `t_s`: a line between neighbours, or the last one. Before the
-/// first and after the last that one.
+/// What a device plays of these forces when it answers the hand of `t_s`: a line between two neighbours, or the earlier one.
+/// Before the first force and after the last, that force.
 glm::dvec3 played_N(const EvenForces& forces, std::size_t tool, double t_s, Emission emission);
 
 }  // namespace evenstep::internal

@@ -256,7 +256,7 @@ void FeltCells::compare(const Scenario& changed, const FeltStrategy& judged, con
   Sum total, discretisation, remap, device;
   for (std::size_t tool = 0; tool < felt.size(); ++tool) {
     const Emission emission = scenario_.devices[tool].emission;
-    // A held force is half a slot older on the average than it is when it comes.
+    // A held force is on average half a slot older than when it comes.
     const double newer_s = emission == Emission::hold ? step_s() / 2 : 0;
     for (std::size_t k = 0; k < felt[tool].size(); ++k) {
       const double t_s = seconds(felt[tool][k].at), then_s = t_s - judged.ideal_age_s[tool];

@@ -5,8 +5,8 @@
 
 namespace evenstep::internal {
 
-/// Each step of the scene is `substeps` steps of the solver, during which the tools move linearly, as during those of
-/// evenstep's own; the forces are those after the last one. The solver is made for the shorter step.
+/// Each step of the scene is `substeps` steps of the solver, during which the tools move linearly, as in the substeps of
+/// evenstep's own solvers; the forces are those after the last one. The solver is made for the shorter step.
 ForeignScene with_substeps(const ForeignScene& scene, int substeps);
 
 }  // namespace evenstep::internal

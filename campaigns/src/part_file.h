@@ -11,7 +11,7 @@ class PartFile {
  public:
   /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws
   /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file, or
-  /// has ended it in the meantime.
+  /// has completed it in the meantime.
   PartFile(std::string file, bool resume);
   ~PartFile();
   PartFile(const PartFile&) = delete;

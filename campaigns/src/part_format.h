@@ -13,7 +13,7 @@ namespace evenstep::internal {
 /// An item as its line says it; a kind of campaign adds what it wants to keep.
 struct PartItem {
   std::int64_t index = 0;
-  bool failed = false;  ///< counted, and what stop_after is about
+  bool failed = false;  ///< such items are counted, and are what stop_after counts
   virtual ~PartItem() = default;
 };
 
@@ -35,16 +35,16 @@ class PartFormat {
 using RunItem = std::function<std::string(std::int64_t item)>;
 /// Does the part that `options` ask for. Its lines are written in order of the items to a file beside its own that ends in
 /// ".partial", which is renamed when it is complete. If it is interrupted, that file remains for `resume`, which keeps its
-/// complete lines. `format` has taken in all lines then, kept and new. Sets exit, file, items and done, or an error or a
-/// failure.
+/// complete lines. At the end `format` has taken in all lines, kept and new. Sets exit, file, items and done, or an error or
+/// a failure.
 void run_part(PartFormat& format, const RunItem& run, std::string_view kind, const PartOptions& options,
               PartOutcome& outcome);
 
 /// The format of a part with this first line. Throws std::runtime_error, which says what is wrong with it.
 std::unique_ptr<PartFormat> format_of(const std::string& header_line);
-/// merge_parts; `format`, which has taken in all items, stays empty if the parts do not belong together.
+/// As merge_parts. `format`, which has taken in all items, stays empty if the parts do not belong together.
 PartOutcome merge_into(const std::vector<std::string>& parts, const std::string& out, std::unique_ptr<PartFormat>& format);
-/// parts_status likewise. Throws std::runtime_error.
+/// As parts_status. Throws std::runtime_error.
 void read_status(const std::string& folder, std::string_view kind, PartsStatus& status, std::unique_ptr<PartFormat>& format);
 
 }  // namespace evenstep::internal

@@ -34,7 +34,8 @@ auto read_json_line(const std::string& line, Read read) {
 /// The "shard" of a first line; that of the whole has none.
 Shard read_shard(const Json& header);
 
-/// What all first lines have, and what a merge compares: it does not read ten million seeds for each of ten thousand parts.
+/// What all first lines have, and what a merge compares, so that it need not read ten million seeds for each of ten thousand
+/// parts.
 struct PartHeader {
   std::string kind;
   Shard shard;

@@ -19,7 +19,7 @@ namespace evenstep {
 namespace {
 
 constexpr std::size_t kMostNamed = 10;
-/// What all parts together may have in memory, and the least and the most that one reads at once.
+/// What all parts together may keep in memory, and the least and the most that one part reads at once.
 constexpr std::size_t kMemory = std::size_t{64} << 20, kLeastPiece = std::size_t{4} << 10, kMostPiece = std::size_t{1} << 20;
 
 /// The first of many, as text: "3, 17, ..."
@@ -124,7 +124,7 @@ void Merge::read_header(MergePart& part) {
     first_path_ = part.lines.path();
   }
   if (there.common == first_.common) {
-    // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
+    // Paths may differ between machines. The merge keeps the same ones whatever the order of the parts.
     if (std::tie(there.file, there.set, there.whole) < std::tie(header_.file, header_.set, header_.whole)) header_ = there;
     return;
   }
@@ -210,8 +210,8 @@ std::string Merge::who_lacks(const Gaps& gaps) const {
 
 namespace {
 
-/// Why this cannot be the merged file, which takes the place of what is there under its name; or nothing. `parts/*.jsonl` as
-/// parts and one of these as the merge would destroy a part, and a device or a pipe would be a file from then on.
+/// Why this cannot be the merged file, which replaces what is there under its name; or nothing. With `parts/*.jsonl` as
+/// parts and one of these as the merged file, the merge would destroy a part; and a device or a pipe would become a file.
 std::string merge_objection(const std::vector<std::string>& parts, const std::string& out) {
   std::error_code none;
   const std::filesystem::file_status there = std::filesystem::status(out, none);

@@ -26,7 +26,7 @@ class Part {
   std::int64_t failures() const { return failures_; }
   bool complete() const { return done_ == count() || (format_.stop_after() && failures_ >= *format_.stop_after()); }
 
-  /// Adds the next line. Throws if it is not that.
+  /// Adds a line. Throws if it is not the next one.
   void add(const std::string& line) {
     const std::unique_ptr<PartItem> next = format_.read(line);
     if (next->index != item(done_))
@@ -36,8 +36,8 @@ class Part {
     format_.take(*next);
   }
 
-  /// Takes over the next line of an earlier process, which counts from 1. Throws, with the line, if it is wrong; `remedy` is
-  /// against a file of other work.
+  /// Takes over the next line of an earlier process; `number` counts from 1. Throws, with the line, if it is wrong; `remedy`
+  /// says what to do about a file of other work.
   void keep(const std::string& line, std::int64_t number, const std::string& file, const char* remedy) {
     if (number == 1) {
       if (is_ours(line, file)) return;

@@ -11,7 +11,7 @@ namespace {
 /// The environment variables with the number of a process, and how many there are.
 struct BatchSystem {
   const char* number;
-  const char* count;  ///< nullptr: none that could be trusted. Some jobs of many may have been submitted again alone
+  const char* count;  ///< nullptr: none to be trusted, because some of many jobs may have been submitted again alone
   int first;          ///< the number of the first shard
 };
 constexpr BatchSystem kBatchSystems[] = {
@@ -80,7 +80,7 @@ std::string wrong_array(int of, const Variable& variable) {
       id, count, min, max, of, of);
 }
 
-/// What all systems say that have set their variables.
+/// What each system says that has set its variables.
 Result<std::vector<ShardSaid>> all_said(std::optional<int> of, const Variable& variable) {
   std::vector<ShardSaid> all;
   std::optional<ShardSaid> single;  // one process is a part of nothing, such as the only task of an array's job

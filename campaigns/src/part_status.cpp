@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 constexpr std::string_view kPartial = ".partial";
 
-/// The files of a kind in a folder: its shards, or the one file of what has no shards. An ended one hides a partial one.
+/// The files of one kind in a folder: its shards, or the single file of what has no shards. A finished one hides a partial
+/// one.
 std::vector<std::string> part_files(const std::string& folder, std::string_view kind) {
   if (!std::filesystem::is_directory(folder))
     throw std::runtime_error(fmt::format("there is no folder '{}'; give that of --out", folder));

@@ -24,7 +24,7 @@ Spread spread_of(std::vector<std::int64_t> lengths) {
   return {rank(lengths, 500), rank(lengths, 990), lengths.back()};
 }
 
-/// Whether a device has said its times: four of them, in order, and none so late that differences overflow.
+/// Whether a device has reported its times: four of them, in order, and none so late that differences overflow.
 bool has_times(const DeviceCommand& command) {
   return command.queued_ns > 0 && command.queued_ns <= command.submitted_ns && command.submitted_ns <= command.started_ns &&
          command.started_ns <= command.ended_ns && command.ended_ns <= INT64_MAX;

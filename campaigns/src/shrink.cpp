@@ -178,7 +178,8 @@ bool Shrink::fails_with(const std::vector<Perturbation>& all, const std::vector<
 }
 
 /// Keeps a single perturbation that fails alone, or none; the largest are tried first, with up to half of the runs. This
-/// comes before the run is cut, because the first failure may need more of them than a later one. False if none does.
+/// comes before the run is cut, because the first failure may need more perturbations than a later one. False if no single
+/// one fails.
 bool Shrink::keep_one() {
   const std::vector<Perturbation> all = kept_;
   if (fails_with(all, {})) return true;

@@ -89,7 +89,7 @@ void fix_filter_window(Value& document, const Scenario& scenario) {
 
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation) {
-  Errors known;  // it has been read without
+  Errors known;  // stays empty: the document was read without errors
   switch_off_faults(document, known);
   drop(table_at(document, "run"), "faults_off");
   for (const std::string_view key : {"sweep", "sometimes", "study", "expect_stop", "timing"}) drop(document, key);

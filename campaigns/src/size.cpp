@@ -98,7 +98,7 @@ class Sizer {
   }
 
  private:
-  /// How long after the time that a read asks for its sample may come.
+  /// The longest time that a sample can come after the time for which a read asks.
   Duration sampling_term() const {
     Duration longest;
     for (const SamplingGrid& device : devices_) longest = std::max(longest, period_ceil(device.rate) + device.age);
@@ -115,8 +115,8 @@ class Sizer {
     }
   }
 
-  /// Visits them with their numbers, and with the ends at which their forces are due (for interpolated forces moved as by
-  /// `interpolate`).
+  /// Visits these steps with their numbers, and with the ends at which their forces are due (if forces are interpolated, an
+  /// end is that of the next step, as in `interpolate`).
   template <class Visit>
   void each_due_step(bool linear, Visit visit) const {
     std::int64_t n = 0;

@@ -93,7 +93,7 @@ Duration deviation(std::vector<std::int64_t>& values, Duration usual) {
   return median(values);
 }
 
-/// Sorts by excess and cuts where the next one is clearly shorter.
+/// Sorts by excess, and begins a new kind where the next one is clearly shorter.
 void add_kinds(std::vector<SeenHitch> hitches, std::vector<HitchKind>& kinds) {
   std::sort(hitches.begin(), hitches.end(), [](const SeenHitch& a, const SeenHitch& b) {
     return std::tie(a.what, b.excess, a.piece) < std::tie(b.what, a.excess, b.piece);
@@ -193,7 +193,7 @@ std::vector<SegmentTiming> Hitches::moved(const std::vector<SeenHitch>& hitches)
     by = by + cuts.of(piece);
     if (piece.cls == kGapAtBoundary) {
       const SegmentTiming& segment = segments_[piece.segment];
-      // Its turn comes a usual segment after the one before; one that was late may have come later than that.
+      // A segment's turn comes a usual segment after the one before; one that was late may have come later than that.
       if (paced_ && piece.segment > 0) by = std::min(by, std::max(segment.begin - out.back().begin - segment_, Duration{}));
       out.push_back({segment.index, segment.begin - by, std::nullopt, {}, segment.end - by, segment.concurrent});
     } else if (!is_gap) {

@@ -4,10 +4,10 @@
 /// A recording is taken apart into pieces: visualizations, steps, and the gaps between them. Pieces of one class (the first
 /// step of a segment is a class of its own, and so is each place of a gap) are usually as long as their median. A piece is a
 /// hitch if it is longer than that by more than 6 robust deviations (1.4826 times the median absolute deviation) and by more
-/// than a twentieth of the median segment; a gap before a boundary, only as far as it makes the segment longer than the
-/// median segment, because idle time makes up for work that was short. Hitches of visualizations, of steps and of gaps are
-/// sorted by what they took too long, the longest first; another kind begins where the one before was more than half as long
-/// again, or the first of the kind four times as long.
+/// than a twentieth of the median segment. A gap before a boundary counts only as far as it makes the segment longer than
+/// the median segment, because idle time makes up for work that was short. Hitches of visualizations, of steps and of gaps
+/// are sorted by their excess, the longest first; another kind begins where the excess before is more than 1.5 times as
+/// long, or the first one of the kind more than 4 times.
 ///
 /// If visualizations have a thread of their own, they delay no step: only the steps and the gaps between them are looked at.
 
@@ -39,9 +39,9 @@ class Hitches {
   /// In order of the longest excess of each.
   const std::vector<HitchKind>& kinds() const { return kinds_; }
 
-  /// The recording if the first `count` kinds from `first` on had been as usual. What follows a hitch moves up by what it
-  /// took too long, until something waits: a gap that is usually longer than 1 % of a segment, or, where segments keep time
-  /// (median |T - median T| below 1 %) and have idle time at their end, the segment's turn.
+  /// The recording if the first `count` kinds from `first` on had been as usual. What follows a hitch moves up by its
+  /// excess, until something waits: a gap that is usually longer than 1 % of a segment, or, where segments keep time (median
+  /// |T - median T| below 1 %) and have idle time at their end, the segment's turn.
   std::vector<SegmentTiming> mended(std::size_t first, std::size_t count) const;
 
  private:

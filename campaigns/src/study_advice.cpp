@@ -1,4 +1,4 @@
-// The advice what to use for a given error, and the folder of a study.
+// The advice on what to use for a given error, and the folder of a study.
 #include <fmt/format.h>
 
 #include "evenstep/campaigns/study.h"

@@ -29,8 +29,8 @@ struct StudyRun {
   int iterations = 0;
   StudyStep step;
 };
-/// Throws SolverError. `measured`: the solver also computes the energy. Of `run`, a scene that is no tissue takes the solver
-/// and the length of its steps, and a foreign one its substeps.
+/// Throws SolverError. `measured`: the solver also computes the energy. A scene that is no tissue takes from `run` the
+/// solver and the length of its steps, a foreign scene its substeps.
 std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyRun& run, bool measured);
 
 /// The values at the samples that are compared.

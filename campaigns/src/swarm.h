@@ -1,7 +1,7 @@
 #pragma once
 /// Swarm testing (A. Groce, C. Zhang, E. Eide, Y. Chen, J. Regehr, "Swarm Testing", ISSTA 2012): each test leaves out a
-/// random part of what could happen. A fault that is always there can hide what another one does, as a stall that empties
-/// every buffer hides what a lost report does to a full one; random subsets meet each pair in all four ways.
+/// random part of what could happen. A fault that is always there can hide the effect of another one: a stall that empties
+/// every buffer hides what a lost report does to a full buffer. Random subsets have each pair in all four combinations.
 
 #include <cstdint>
 #include <string>

@@ -66,7 +66,7 @@ Result<SweepStatus> sweep_status(const std::string& folder) {
   if (sweep == nullptr) return Failure(fmt::format("'{}' has parts of something else than a sweep", folder));
   result.header = sweep->header();
   result.summary = sweep->summary();
-  result.summary.find.reset();  // which takes all points, as the states do
+  result.summary.find.reset();  // only all points together can find it, or judge the states
   result.summary.judges_states = false;
   return result;
 }

@@ -3,8 +3,8 @@
 ///
 ///   "particles": { "mass": kg, "stiffness": N/m, "rest": [[x, y, z], ...], "displacement": [[x, y, z], ...],
 ///                  "fixed": [0, ...], "springs": [[0, 1], ...] }
-/// Lengths in m. `rest` and `displacement` have an entry per particle, `fixed` the numbers of those that never move; each
-/// spring is linear, as long as its particles are apart at rest, and of this stiffness. All are at rest at the begin.
+/// Lengths in m. `rest` and `displacement` have an entry per particle, `fixed` the numbers of those that never move. Each
+/// spring is linear, has this stiffness, and is as long as its particles are apart at rest. All start at rest.
 
 #include <memory>
 #include <string>

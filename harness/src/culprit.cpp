@@ -7,7 +7,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// The first answer that differs: all that came before it, which is all that was asked with, was equal.
+/// The first answer that differs. Everything before it, and so everything that it answers, was equal.
 struct First {
   RealTime at = kNever;
   std::string text;  ///< empty: it was a part of evenstep's own

@@ -1,5 +1,5 @@
 #pragma once
-/// Which part of the program's own made a run differ from its repetition.
+/// Which of the program's own parts made a run differ from its repetition.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace evenstep::internal {
 
-/// In one sentence which foreign part answered the same otherwise, and where first; empty if it was none of them.
+/// One sentence that says which foreign part answered the same question otherwise, and where first; empty if none did.
 std::string foreign_culprit(const Scenario& scenario, const StrategyRecord& a, const StrategyRecord& b);
 
 }  // namespace evenstep::internal

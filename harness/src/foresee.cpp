@@ -34,7 +34,7 @@ BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const std
   return found;
 }
 
-/// Forces that will be late; with a latency that adapts it is not said how late.
+/// Forces that will be late. If the latency adapts, it is not said how late.
 MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan) {
   const std::vector<bool> late = late_forces(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan));
   auto [found, most] = bad_steps(scenario, plan, late, "late",
@@ -54,7 +54,7 @@ MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, con
   return found;
 }
 
-/// What the sizing pass knows of one strategy: values of metrics, and where those that count do so.
+/// What the sizing pass knows of one strategy: values of metrics, and where in the run those that are counted occur.
 struct Foreseen {
   Metrics metrics;
   std::map<std::string, std::map<std::string, MetricSamples>> samples;
@@ -74,7 +74,7 @@ void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& fo
     for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
-    // With ages, or where an event comes only for a change, which samples are missing is not known before.
+    // With ages, or where an event comes only for a change, it is not known beforehand which samples are missing.
     if (gated || scenario.devices[d].age.is_given() || unchanged_age_of(scenario.devices[d])) continue;
     const MetricSamples missing = missing_of(scenario, plan, grids[d]);
     foreseen.add(device + ".interaction." + strategy, "underruns", missing);
@@ -110,7 +110,8 @@ std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const 
       add_counts(scenario, plan, foreseen);
   }
   for (const Expectation& expectation : scenario.expectations) {
-    // Whether a known fault under a pattern is still there depends on all that it matches, also on what is not foreseen.
+    // Whether a known fault under a pattern is still there depends on all that the pattern matches, also on what is not
+    // foreseen.
     const bool pattern = expectation.signal.find('*') != std::string::npos;
     if (expectation.clock == "wall" || expectation.confidence || (pattern && expectation.expect_fail)) continue;
     ExpectationResult result = internal::judge_by(expectation, scenario, nominal_of(scenario), foreseen.metrics);

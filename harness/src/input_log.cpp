@@ -38,7 +38,7 @@ class LogBytes {
   explicit LogBytes(std::size_t size) : size_(size) {}
   virtual ~LogBytes() = default;
   std::size_t size() const { return size_; }
-  /// `count` bytes from `at` on, as many as there are; until the next call.
+  /// At most `count` bytes from `at` on, fewer at the end. They hold until the next call.
   virtual std::span<const std::byte> read(std::size_t at, std::size_t count) = 0;
 
  protected:
@@ -57,7 +57,7 @@ class BytesInMemory final : public LogBytes {
   std::span<const std::byte> bytes_;
 };
 
-/// A file that gets shorter meanwhile ends where it then does.
+/// A file that gets shorter meanwhile ends at its new end.
 class BytesInFile final : public LogBytes {
  public:
   BytesInFile(const std::string& path, std::size_t size) : LogBytes(size), stream_(path, std::ios::binary) {}

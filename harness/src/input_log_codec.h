@@ -1,9 +1,9 @@
 #pragma once
-// The bytes of a recording's blocks. Each struct has one function `code`, which lists its fields: it is what writes them and
-// what reads them. A field more is a line more there that asks for the version, and kInputLogVersion one higher.
+// The bytes of a recording's blocks. Each struct has one function `code`, which lists its fields and both writes and reads
+// them. A new field is a new line there, which asks for the version, and it makes kInputLogVersion one higher.
 //
-// Integers and doubles are little-endian, bool is a byte 0 or 1; in front of a text or list stands how long it is (32 bits),
-// in front of what may be missing a bool.
+// Integers and doubles are little-endian, bool is a byte 0 or 1. A text or list has its length (32 bits) in front of it,
+// and a value that may be missing has a bool.
 
 #include <bit>
 #include <cstddef>
@@ -183,7 +183,7 @@ class Encoder {
   std::vector<std::byte>& bytes_;
 };
 
-/// Reads from the begin of `bytes`. Once something is not there, or cannot be so, nothing more is read.
+/// Reads from the begin of `bytes`. After something that is missing or impossible, nothing more is read.
 class Decoder {
  public:
   static constexpr bool kReads = true;
@@ -207,7 +207,7 @@ class Decoder {
     std::memcpy(&number, bytes_.data() + at_, sizeof number);
     at_ += sizeof number;
   }
-  /// Every entry takes a byte at least, so a count that cannot be is found before anything is allocated for it.
+  /// Every entry takes a byte at least, so an impossible count is found before anything is allocated for it.
   std::size_t length() {
     std::uint32_t count = 0;
     raw(count);
@@ -274,7 +274,7 @@ void encode(const Struct& value, std::vector<std::byte>& bytes) {
   Encoder encoder(bytes);
   encoder(const_cast<Struct&>(value));  // it only reads; `code` is one function for both ways
 }
-/// Empty if these bytes are not exactly one of these, in a file of this version.
+/// Empty if these bytes are not exactly one such struct, in a file of this version.
 template <class Struct>
 std::optional<Struct> decode(std::span<const std::byte> bytes, std::uint32_t version = kInputLogVersion) {
   Decoder decoder(bytes, version);

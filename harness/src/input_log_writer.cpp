@@ -14,11 +14,11 @@
 namespace evenstep::internal {
 namespace {
 
-/// How often the rings are emptied: what a kill can lose of what the lanes have handed over.
+/// How often the rings are emptied. A kill can lose what the lanes have handed over in this time.
 constexpr Duration kLook{10'000'000};
-/// How often data is asked to reach the disk, which takes milliseconds to seconds.
+/// How often data is forced to the disk, which takes milliseconds to seconds.
 constexpr Duration kFlush{1'000'000'000};
-/// Five seconds of two devices at 1 kHz. What does not fit stays where the lanes have it.
+/// Five seconds of two devices at 1 kHz. What does not fit stays with the lanes.
 constexpr std::size_t kRingBytes = 1 << 20;
 
 }  // namespace

@@ -33,14 +33,14 @@ class InputLogWriter {
   /// Called by one thread for each kind. False: no room now, and nothing was taken.
   bool offer(BlockKind lane, std::span<const std::byte> content);
 
-  /// Blocks that the kernel has as a whole: no kill of this process can lose them any more.
+  /// How many blocks the kernel has as a whole: no kill of this process can lose them any more.
   std::uint64_t blocks_kept() const { return blocks_kept_.load(std::memory_order_acquire); }
 
   /// After the lanes have ended. Writes what is still in the rings.
   void stop();
   /// After stop(): writes a block at once. False if that failed, now or before.
   bool write_now(BlockKind kind, std::span<const std::byte> content);
-  /// After stop(): until everything is on the disk. Returns why the file is not complete; empty if it is.
+  /// After stop(): waits until everything is on the disk. Returns why the file is not complete; empty if it is.
   std::string finish();
 
  private:

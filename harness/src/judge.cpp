@@ -227,8 +227,9 @@ void make_error(ExpectationResult& result, const std::string& detail) {
   result.detail = detail;
 }
 
-/// Of a signal that never recovers: says why; fails a minimum too, because never is no time; and takes back a verdict that
-/// the run is too short for, since it may still recover within a limit that is longer than the rest of it.
+/// For a signal that never recovers. Says why. The signal fails a minimum too, because "never" is no time. Takes back a
+/// verdict that the run is too short for: the signal may still recover within a limit that is longer than the rest of the
+/// run.
 void judge_never(const Expectation& expectation, const Scenario& scenario, const RunRecord& run, const Recovery& recovery,
                  ExpectationResult& result) {
   result.detail = recovery.why;

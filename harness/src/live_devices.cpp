@@ -42,7 +42,7 @@ std::map<std::string, double> write_time_counters(const DurationHistogram& taken
           {"write_time_max", seconds(taken.largest())}};
 }
 
-/// Of what is sent by a thread of its own: a HidapiTransport or a LiveEvdev.
+/// The counters of a HidapiTransport or a LiveEvdev, which send with a thread of their own.
 template <class Sender>
 std::map<std::string, double> sending_counters(const Sender& sender) {
   const WriteTimes times = sender.write_times();
@@ -54,7 +54,7 @@ std::map<std::string, double> sending_counters(const Sender& sender) {
   return counters;
 }
 
-/// Throws DeviceError if that is no address, or no service is there.
+/// Throws DeviceError if `path` is no address, or no service is there.
 std::pair<std::unique_ptr<Inverse3Socket>, std::unique_ptr<HapticDevice>> open_inverse3(const Inverse3Spec& spec,
                                                                                         const std::string& path,
                                                                                         const WallClock& clock) {
@@ -68,7 +68,7 @@ std::pair<std::unique_ptr<Inverse3Socket>, std::unique_ptr<HapticDevice>> open_i
   return {std::move(socket), std::move(driver)};
 }
 
-/// A write is a message, and takes until its answer.
+/// A write is a message, and lasts until its answer has come.
 std::map<std::string, double> sending_counters(const Inverse3Times& times) {
   std::map<std::string, double> counters{{"writes", static_cast<double>(times.answered.count() + times.unanswered)},
                                          {"writes_overtaken", static_cast<double>(times.overtaken)},

@@ -7,7 +7,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// The most rows of a kind in a block: what was held back while the disk was slow is caught up with in pieces.
+/// The most rows of a kind in a block. What was held back while the disk was slow follows in pieces.
 constexpr std::size_t kMostRows = 512;
 
 std::size_t next_of(std::size_t taken, std::size_t there) { return std::min(there, taken + kMostRows); }
@@ -66,7 +66,7 @@ bool LiveLog::fill_simulation(const std::vector<DeviceInputs>& inputs, const Str
     slice.segments.push_back(last_next_ = known_at(record.segments[n], check.until));
   bool all = segments_next_ == record.segments.size() && steps_next_ == record.steps.size();
   slice.steps.clear();
-  // No step of a segment that is still to come.
+  // No step of a segment that comes only later.
   const std::int64_t last = segments_next_ > 0 ? record.segments[segments_next_ - 1].index : -1;
   while (steps_next_ > steps_taken_ && record.steps[steps_next_ - 1].segment > last) --steps_next_;
   for (std::size_t n = steps_taken_; n < steps_next_; ++n)

@@ -21,15 +21,15 @@ std::size_t per_slice(Rate rate) {
   return static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{0} + kSliceLength)) + 2;
 }
 
-/// The place is used once, so that no page is touched for the first time in a tick.
+/// Uses the memory once, so that no tick is the first to touch a page.
 template <class List>
 void make_room(List& list, std::size_t count) {
   list.resize(count);
   list.clear();
 }
 
-/// Takes the place that a run of this length needs, up to an hour of it at 1 kHz, so that a column is not copied to a larger
-/// place while the run goes on, and a disk without room is known before t = 0. Memory that is not used yet costs nothing.
+/// Reserves the place that a run of this length needs, up to an hour of it at 1 kHz, so that no column is copied to a larger
+/// place while the run goes on, and a full disk is noticed before t = 0. Memory that is not used yet costs nothing.
 void reserve_for(const Scenario& scenario, StrategyRecord& rows, std::vector<DeviceInputs>& inputs) {
   constexpr std::int64_t kMostExpected = 3'600'000;
   const auto count = [&](Rate rate) {
@@ -61,8 +61,7 @@ void append(To& to, const From& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-/// When the step was launched that has not ended yet, as of these events; `before` if they do not say. A replay must launch
-/// it too.
+/// The launch of the step that has not ended after these events; `before` if they do not say. A replay must launch it too.
 std::optional<RealTime> unfinished_launch(const std::vector<Event>& events, std::optional<RealTime> before) {
   for (auto event = events.rbegin(); event != events.rend(); ++event) {
     const std::string_view name = event->name.text;

@@ -1,7 +1,7 @@
 #pragma once
 // The rows of a live run on their way from its lanes to files. After each slice of 20 ms, between two of its events, a lane
-// swaps what it has added with empty columns that have their place already, and goes on: it neither waits nor allocates nor
-// copies. A thread puts the rows behind those that it has, in files if there are any (RowFiles), merges the events of the
+// swaps what it has added for empty columns whose memory is already reserved, and goes on: it neither waits nor allocates
+// nor copies. A thread appends the rows to those that it has, in files if there are any (RowFiles), merges the events of the
 // two lanes and offers the slice to the recording. So the memory of a live run does not depend on how long it is.
 
 #include <atomic>
@@ -71,21 +71,21 @@ class LiveRows {
  public:
   /// Ten seconds.
   static constexpr std::size_t kSlots = 512;
-  /// Takes its memory. `files` null: rows stay in memory. `log`, which may be null, is given the slices.
+  /// Takes its memory. `files` null: rows stay in memory. `log`, which may be null, gets the slices.
   LiveRows(const Scenario& scenario, std::shared_ptr<RowFiles> files, LiveLog* log, std::size_t slots = kSlots);
   ~LiveRows();
   LiveRows(const LiveRows&) = delete;
   LiveRows& operator=(const LiveRows&) = delete;
 
-  /// Where the lanes add their rows and inputs; makes room there for those of a slice, and for all of them in files: after
-  /// MemoryLock, which would read these in.
+  /// Where the lanes add their rows and inputs. Makes room there for those of a slice, and in files for all of them. To be
+  /// called after MemoryLock, which would read the files in.
   void attach(StrategyLanes& lanes, std::vector<DeviceInputs>& added, Scheduler& device, Scheduler& simulation);
   /// Starts the thread.
   void start();
   // Each is called by its own lane's thread, between two of its events.
   void device_slice(Scheduler& device, RealTime until);
   void simulation_slice(Scheduler& simulation, RealTime until);
-  /// After the lanes have ended: the rows go back to the lanes, and what a replay needs into `recording`. Throws RunFailure
+  /// After the lanes have ended: gives the rows back to the lanes, and `recording` what a replay needs. Throws RunFailure
   /// ("disk") if there was no room for all of them.
   void finish(LiveRecording& recording);
 

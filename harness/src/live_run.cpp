@@ -30,8 +30,8 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation, and that above the
-/// solver, which may take all of a core for as long as a step lasts.
+/// Priorities, all below the kernel's own threaded interrupts (50): the device above the simulation, and the simulation
+/// above the solver, which may take all of a core for as long as a step lasts.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
 constexpr int kSolverPriority = 35;
@@ -39,7 +39,7 @@ constexpr int kSolverPriority = 35;
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
 
-/// Whoever watches is told when the loop begins and, whatever way that comes, when it has ended.
+/// Tells the view when the loop begins and, however it ends, when it has ended.
 class Viewing {
  public:
   Viewing(LiveView* view, StrategyLanes& lanes, WallEpoch epoch) : view_(view) {
@@ -216,7 +216,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const SlicedRun in_simulation = [&] {
     const RealTimeRights rights(kSimulationPriority);
     simulation_granted = rights.grant();
-    // Whoever watches shows how far it is; this thread then writes to no terminal, which may make it wait.
+    // The view shows how far the run is. This thread then writes to no terminal, because that may make it wait.
     return run_in_slices(simulation, end, name, control.view ? quiet : control,
                          [&](RealTime until) { rows.simulation_slice(simulation, until); });
   }();
@@ -343,7 +343,7 @@ LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, con
     const bool tick_ready = tick && exchange.next_tick_ready();
     const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
     if (!tick_ready && !event_ready) break;  // both at their end
-    // A lane that was late then is passed by the other one now, but never by more than the rings hold.
+    // A lane that was late in the live run is overtaken by the other one here, but never by more than the rings hold.
     const bool tick_first =
         tick_ready && (!event_ready || (tick->time <= event->time && !exchange.samples_ahead(kSpare / 2)));
     if (!(tick_first ? ticks : steps).run_one()) break;
@@ -363,7 +363,7 @@ bool same_bits(const glm::dvec3& a, const Vec3& b) {
          std::signbit(a.z) == std::signbit(b[2]);
 }
 
-/// The first tick whose force is another one than was sent; empty if there is none.
+/// The first tick whose force differs from the one that was sent; empty if there is none.
 std::string force_difference(const StrategyRecord& record, const InputLog& log) {
   for (std::size_t tool = 0; tool < record.devices.size(); ++tool) {
     const Rows<TickRow>& ticks = record.devices[tool].ticks;
@@ -416,7 +416,7 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   replayed.difference = difference_of(lanes, log);
   recording.record = std::move(lanes.record);
   recording.record.interrupted = !log.whole();
-  // Its timing has those that began; how many never did only the last block says.
+  // The recorded timing has the steps that began; only the last block says how many never did.
   recording.record.steps_due = log.end ? log.end->steps_due : std::nullopt;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool) {
     DeviceRecord& device = recording.record.devices[tool];

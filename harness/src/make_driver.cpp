@@ -34,7 +34,7 @@ DeviceError refusal(const HidTransport& transport, const std::string& why) {
       fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
 }
 
-/// The rate of the device's ticks by the host's clock.
+/// The rate of the device's ticks, measured by the host's clock.
 Rate rate_by_host(Rate rate, std::int64_t clock_ppm) {
   if (clock_ppm == 0) return rate;
   constexpr std::int64_t kMillion = 1'000'000;

@@ -77,7 +77,7 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (const LocalRender* local = local_of(device); !local || !local->by_device) return loop;
-  const OwnSprings springs = *own_springs(device.driver);  // the reader refuses drivers without, or without newtons
+  const OwnSprings springs = *own_springs(device.driver);  // the reader refuses drivers without springs or newtons
   loop.own_N_per_m = *springs.steepest_N_per_m;
   loop.own_period_s = period_s(springs.firmware_rate);
   return loop;

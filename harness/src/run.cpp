@@ -373,7 +373,7 @@ void judge_stopped(const Scenario& scenario, const RunOptions& options, RunOutco
   count_results(outcome);
 }
 
-/// The failure of a run whose strategies [run] interrupt has ended; empty if it ran to its end.
+/// The failure of a run if [run] interrupt has ended its strategies; empty if it ran to its end.
 std::optional<RunFailure> interruption(const Scenario& scenario, const RunRecord& run) {
   std::size_t steps = 0;
   for (const StrategyRecord& strategy : run.strategies) {
@@ -448,7 +448,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
         difference = compare(scenario, outcome.record, again);
       }
       if (!options.replayed) end_early(outcome.record);
-      if (difference.empty()) refuse_imbalance(outcome.record);  // a replay that is not the run need not add up
+      if (difference.empty()) refuse_imbalance(outcome.record);  // a replay that differs from the run need not add up
       measure(scenario, options, outcome);
       if (!interrupted() && whole) judge(scenario, outcome);
     }

@@ -30,7 +30,7 @@ const Rule* chunk_rule(StrategyKind kind) {
   return found == std::end(kChunkRules) ? nullptr : found;
 }
 
-/// A step of a schedule without a map: its begin, which is the stamp of its force, and when that is at the device.
+/// A step of a schedule without a map: its begin, which is the stamp of its force, and when the force reaches the device.
 struct Made {
   RealTime begin, arrives;
   bool lost = false;
@@ -48,8 +48,8 @@ std::vector<Made> made(const Scenario& scenario) {
   return all;
 }
 
-/// The most entries from the oldest one that is still in use when another is made: max over n of n - m + 1 for the first m
-/// with used(m) >= S(n). An entry is kept as long as one before it.
+/// The most entries from the oldest one that is still in use to a new one: max over n of n - m + 1 for the first m with
+/// used(m) >= S(n). An entry is kept as long as an older one is.
 template <class Steps, class Used>
 std::size_t most_in_use(const Steps& steps, Used used) {
   std::deque<RealTime> until;
@@ -67,7 +67,7 @@ std::int64_t least_entries(const Scenario& scenario) {
   const std::vector<Made> chunks = made(scenario);
   const std::int64_t every = scenario.playing.chunk.every.ns;
   std::int64_t most = 0;
-  // When the first of the later ones comes, or the run ends; one that comes after it is never played.
+  // When the first of the later chunks comes, or the run ends. A chunk that comes after that is never played.
   RealTime next{scenario.run_duration.ns};
   for (std::size_t n = chunks.size(); n-- > 0;) {
     if (chunks[n].lost || next <= chunks[n].arrives) continue;
@@ -77,7 +77,7 @@ std::int64_t least_entries(const Scenario& scenario) {
   return most;
 }
 
-/// The longest time between the slots of two forces that are there.
+/// The longest time between the slots of two neighbouring forces that are not lost.
 Duration longest_gap(const std::vector<MappedStep>& steps) {
   Duration longest;
   const MappedStep* before = nullptr;

@@ -172,7 +172,7 @@ class CountedTiming final : public StepTiming {
     return true;
   }
   void visualized(Duration took, bool finished) override { timing_->visualized(took, finished); }
-  /// How many steps are programmed to begin before `end`, those of segments that nobody has asked for included.
+  /// How many steps are programmed to begin before `end`, including those of segments that nobody has asked for.
   std::int64_t steps_before(RealTime end) {
     SegmentTiming segment;
     while (last_.begin < end && next(segment)) {

@@ -15,9 +15,9 @@
 namespace evenstep {
 namespace {
 
-/// In a drawing of which nobody knows the largest force yet, 1 N is so much of the block's size.
+/// While nobody knows the largest force, a drawing shows 1 N as this share of the block's size.
 constexpr double kArrowPerNewton = 0.3;
-/// In a picture of a run the largest force is so much of it.
+/// A picture of a run shows its largest force as this share of it.
 constexpr double kLongestArrow = 0.4;
 
 RunFailure cannot_draw(const DrawError& error) { return {"visualization", error.what, error.remedy}; }
@@ -36,8 +36,8 @@ class Progress {
   }
   int done() const { return done_; }
   bool finished() const { return done_ == kWhole; }
-  /// Up to where to go next, after so long in this run; done() if no more fits. What can be cut off goes in thirtieths, each
-  /// expected to take as long as the longest so far; the first one is always done.
+  /// The point to draw up to next, after so long in this run; done() if no more fits. A drawing that can be cut off goes on
+  /// in thirtieths. Each is expected to take as long as the longest so far; the first one is always done.
   int next(Duration spent) const {
     if (!part_.at_most) return end_;
     if (spent.ns > 0 && spent + longest_ > *part_.at_most) return done_;
@@ -91,7 +91,7 @@ class Render final : public RealVisualization {
   std::string text_;
 };
 
-/// Launches of about a millisecond, the last one as long as what is left, as they took in the launches before.
+/// Launches of about a millisecond; the last one is as long as what is left. Their size comes from the time of those before.
 class Burn final : public RealVisualization {
  public:
   explicit Burn(std::unique_ptr<BusyDevice> device) : clock_(WallEpoch::in({})), device_(std::move(device)) {

@@ -81,8 +81,8 @@ class Workshop {
   int lock_ = -1;
 };
 
-/// Puts `made` at `place`; an older folder there is then at `made`. Where the file system cannot let them change places
-/// (not every network's can), the older one is for a moment at neither, but where the next writer finds it.
+/// Puts `made` at `place`; an older folder there is then at `made`. Where the file system cannot swap them (not every
+/// network file system can), the older one is for a moment at neither place, but where the next writer finds it.
 void change_places(const fs::path& made, const fs::path& place) {
   if (!fs::exists(place)) return fs::rename(made, place);
   if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, place.c_str(), RENAME_EXCHANGE) == 0) return;

@@ -64,7 +64,7 @@ DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
   link.sensed[1] = std::exchange(link.sensed[0], sample);
-  // A position that is not new was taken when the last one was, and is in the ring already.
+  // A position that is not new is the last sample again, which the ring already has.
   if (sample.fresh || !sample.taken_at)
     link.interaction.push(sample.time(), sample.position_m);
   else

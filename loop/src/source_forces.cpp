@@ -10,7 +10,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// A force, and what the one before it says about the next ones.
+/// A force, and how fast it is expected to change: what the force before it says about the next ones.
 struct Sent {
   RealTime stamp, arrives;
   glm::dvec3 force_N{0}, per_s{0};
@@ -18,7 +18,7 @@ struct Sent {
   std::int64_t number = 0;  // of its step
 };
 
-/// What plays them.
+/// What plays the forces.
 struct Resampled {
   explicit Resampled(const ResamplerSpec& spec) : samples(spec) {}
   void arrive(RealTime, const Sent& sent) { samples.arrive(sent.stamp, sent.force_N, sent.number); }
@@ -52,7 +52,7 @@ class SourceForcesOf final : public RenderedSchedule {
     ring_.push(emission.at, sent);
   }
   std::uint64_t head() const override { return ring_.head(); }
-  /// A lost one is as good as not there.
+  /// A lost force counts as one that never came.
   std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const override {
     TimedRing<Sent>::Entry entry;
     if (!ring_.get(index, head, entry) || entry.value.lost) return std::nullopt;

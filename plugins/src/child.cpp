@@ -102,8 +102,8 @@ Child::Child(const std::string& program, const std::vector<std::string>& words, 
 Child::~Child() {
   in_.close();
   if (!failed_) has_ended(kTimeToEnd_s);
-  // The group's number is its first process's, and is nobody else's until that one is waited for: so the group first, the
-  // watcher next, and the process last.
+  // The group has the number of its first process, which is given to nobody else until that process is waited for: so the
+  // group is ended first, the watcher next, and the process last.
   kill(-process_, SIGKILL);
   end_at_once(watcher_);
   while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {

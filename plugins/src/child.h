@@ -26,8 +26,8 @@ class Descriptor {
   int number_ = -1;
 };
 
-/// Any function may throw std::runtime_error: what the process did instead, its exit status, the last line of its standard
-/// error. From then on it only waits to be ended.
+/// Any function may throw std::runtime_error, which says what the process did instead, its exit status, and the last line of
+/// its standard error. From then on the process only waits to be ended.
 class Child {
  public:
   /// Starts `program` with these words (the first is its name) in `folder`. `shown_as` is put before each line of its

@@ -30,7 +30,7 @@ void close_from(int first) {
 [[noreturn]] void watch(int life) {
   setpgid(0, 0);  // a Ctrl-C at the terminal must not end it before us
   take_default_signals();
-  // It must hold nothing open, least of all the input of another process, which would then never end.
+  // The watcher must hold nothing open, least of all the input of another process, which would then never end.
   dup2(life, 0);
   close_from(1);
   pid_t group = 0, told = 0;

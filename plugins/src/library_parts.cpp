@@ -178,7 +178,7 @@ class LibrarySolver final : public ForeignSolver {
   mutable std::vector<ToolContact> contacts_;  // one per tool
 };
 
-/// An exception of the grip must not pass through the library's code: it is kept, and thrown when that has returned.
+/// An exception of the grip must not pass through the library's code: it is kept, and thrown when that code has returned.
 class CarriedGrip {
  public:
   explicit CarriedGrip(SimulatedGrip* grip) : grip_(grip) {}

@@ -22,7 +22,7 @@ enum class RequestKind : std::uint32_t { step = 1, reset = 2 };
 /// `n` and `positions_m` are of a step; a reset has n = 0.
 std::string request_record(RequestKind kind, std::uint64_t n, double step_s, std::span<const glm::dvec3> positions_m);
 
-/// The rest of an answer is that of plugin.h.
+/// The other parts of an answer are as in plugin.h.
 struct ProcessAnswer {
   std::uint32_t status = 0;
   std::uint64_t state_digest = 0;
@@ -31,7 +31,7 @@ struct ProcessAnswer {
   std::vector<ToolContact> contacts;  ///< one per tool if the solver has them
 };
 std::size_t answer_size(std::size_t tools, bool contacts);
-/// `bytes` are answer_size of them. The error says what is wrong with its first 16: it answers another request.
+/// `bytes` has answer_size bytes. The error says what is wrong with the first 16: the answer belongs to another request.
 Result<ProcessAnswer, std::string> read_answer(std::string_view bytes, std::size_t tools, bool contacts, RequestKind kind,
                                                std::uint64_t n);
 

@@ -1,4 +1,4 @@
-// What is in a recording, and a first guess at which of it is what.
+// What is in a recording, and a first guess at what each name in it stands for.
 #include <algorithm>
 #include <map>
 #include <tuple>

@@ -199,7 +199,7 @@ void Assignment::add_group(const ProfileInterval& interval, bool is_step, bool b
   std::optional<std::size_t>& last = is_step ? last_step_ : last_shown_;
   Group* const same = last ? &groups_[*last] : nullptr;
   if (profile_.only_visualizations && same != nullptr) {
-    // The GPU may begin a picture before the one before it is done; its pause for it is what is left then.
+    // The GPU may begin a picture before the one before is done; this picture then begins where that one ends.
     if (interval.end <= same->interval.end) return leave_out("pictures within the time of the one before", {});
     result_.cut += interval.begin < same->interval.end;
     groups_.push_back({{std::max(interval.begin, same->interval.end), interval.end}});

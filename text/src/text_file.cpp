@@ -94,7 +94,7 @@ std::string portable_path(const std::string& path) {
   std::error_code error;
   const fs::path here = fs::current_path(error);
   fs::path below = fs::path(path).lexically_normal();
-  // A path through symbolic links is below it, too, where one of the two ways to say so is.
+  // A path through symbolic links counts as below it, too, if either its own form or the resolved one is.
   if (below.is_absolute()) {
     below = below.lexically_relative(here);
     if (below.empty() || *below.begin() == "..") below = fs::weakly_canonical(path, error).lexically_relative(here);

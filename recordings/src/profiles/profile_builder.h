@@ -27,7 +27,7 @@ class ProfileBuilder {
   void add(std::uint32_t name, std::uint32_t source, std::int64_t begin_ns, std::int64_t end_ns);
   void leave_out(std::string_view what, std::string_view first);
   void fail(std::string message, std::int64_t line = 0, std::int64_t column = 0);
-  /// A reader stops when this is set: after an error, or at a limit, which is one.
+  /// A reader stops when this is set: after an error, or at a limit, which is an error too.
   bool failed() const { return !errors_.empty(); }
 
   ProfileResult finish();

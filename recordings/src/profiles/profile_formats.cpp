@@ -16,7 +16,7 @@ constexpr ProfileFormat kFormats[] = {
     {"csv", is_interval_csv, read_interval_csv},
 };
 
-/// Gives back first what was read ahead.
+/// Gives back what was read ahead before it reads on.
 class Rewound : public Bytes {
  public:
   Rewound(std::string ahead, std::unique_ptr<Bytes> rest) : ahead_(std::move(ahead)), rest_(std::move(rest)) {

@@ -16,7 +16,7 @@ struct ProfileInput {
   std::string path;         ///< of a file
   std::string_view memory;  ///< in place of a file, where `path` is empty
   Bytes& bytes;             ///< unpacked
-  bool packed = false;      ///< whether they had to be
+  bool packed = false;      ///< whether they had to be unpacked
 };
 
 struct ProfileFormat {

@@ -49,7 +49,7 @@ std::string uri_of(const std::string& path) {
   return uri + "?immutable=1";
 }
 
-/// A file from a stranger may hold what makes a query endless: stops it after some minutes of work.
+/// A stranger's file may make a query endless. This stops it after some minutes of work.
 int stop_endless(void* rounds) { return ++*static_cast<std::int64_t*>(rounds) > 20'000 ? 1 : 0; }
 
 constexpr int kLongestValue = 1 << 24;

@@ -16,7 +16,7 @@ constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kRenderWord = "render ", kBurnWord = "burn ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
-/// Lengths that stand in while the forms are checked; the real ones are read from [timing] later.
+/// Placeholder lengths for the check of the forms; the real ones are read from [timing] later.
 constexpr Duration kSome{1'000'000};
 constexpr NominalUnits kSomeNominal{
     .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
@@ -207,7 +207,7 @@ std::string error_of(const Field& field, const Value& value) {
   }
 }
 
-/// A date somewhere in a value, which JSON has no word for.
+/// A date somewhere in a value. JSON has no form for one.
 const Value* date_in(const Value& value) {
   if (value.is(Value::Kind::date)) return &value;
   for (const Value& one : value.list) {
@@ -222,7 +222,7 @@ const Value* date_in(const Value& value) {
 /// The key as shown in messages; for a key that may have any name, its table.
 std::string shown_key(const Field& field) { return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key); }
 
-/// What to write for a table that is missing: of a table within another one all that it must have, on one line.
+/// What to write for a missing table. For a table within another one that is all that it must have, on one line.
 std::string table_to_write(const Field& field) {
   std::string keys;
   for (const Field& one : fields()) {

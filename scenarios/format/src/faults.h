@@ -17,7 +17,7 @@ struct FaultPlace {
   std::size_t entry = 0;   ///< of `faults`
   bool of_timing = false;
 };
-/// Those of a document. If some have been switched off, `entry` counts what is left, and the name what was written.
+/// The faults of a document. If some are switched off, `entry` counts those that are left, the name all that were written.
 std::vector<FaultPlace> fault_places(const Value& document);
 
 }  // namespace evenstep::internal

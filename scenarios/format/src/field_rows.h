@@ -52,14 +52,14 @@ inline std::vector<Field> joined(std::vector<Field> rows, const std::vector<Fiel
 }
 /// The rows of a table for a part that the program registers. `kinds` are the kinds of the table that have them; empty: all.
 std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
-/// `library` and `options`, which are short for a table `foreign` with them.
+/// `library` and `options`: the short form of a table `foreign` with them.
 std::vector<Field> library_rows(std::string_view table, std::string_view kinds);
 
 /// [[device]] NAME = { ... }, the obligatory table of a driver of that name.
 inline Field driver_table_row(std::string_view name, std::string_view meaning) {
   return {.table = "device", .key = name, .forms = kTable, .meaning = meaning, .kinds = name, .required = true};
 }
-/// How often a driver's device is told something, by a default.
+/// The row for how often a driver's device is told something, with its default.
 inline Field update_rate_row(std::string_view table, std::string_view default_toml, std::string_view meaning,
                              double most_Hz) {
   return {.table = table,

@@ -59,7 +59,7 @@ RecordingOptions read_roles(const Table& table, Errors& errors) {
 constexpr std::int64_t kMostPlayed = 10'000'000;  // segments and steps, as many as a timing.csv may have rows
 constexpr std::int64_t kMostPlayed_ns = 1'000'000'000'000'000;
 
-/// Plays a recording `times` times, each time from its end on. Adds an error if that is too long.
+/// Plays a recording `times` times, one after the other. Adds an error if that is too long.
 void repeat(std::vector<SegmentTiming>& trace, std::int64_t times, const Place& place, Errors& errors) {
   std::int64_t played = 0;
   RealTime end{0};

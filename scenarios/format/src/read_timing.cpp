@@ -38,7 +38,7 @@ struct Shares {
   }
 };
 
-/// What stands for the length of a drawing that nobody knows before it is made, in all that is computed before the run.
+/// Stands for the length of a drawing, which nobody knows before it is made, in all that is computed before the run.
 constexpr Duration kUnknownDrawing{1};
 
 /// Adds an error if the sizes do not go with what is drawn.

@@ -80,8 +80,8 @@ void append_files(Value* value, std::vector<Value*>& files) {
   for (Value& one : value->list) append_files(&one, files);
 }
 
-/// A scene may be called by the name of a registered solver: that is kind = "foreign" with this name. So is what is nearly
-/// such a name, for then the error says which.
+/// A scene may be called by the name of a registered solver: that means kind = "foreign" with this name. A name that is
+/// nearly such a name is read alike, because the error then says which one it may be.
 void resolve_kind(Value& document, const Registry& registry) {
   Value* scene = document.find("scene");
   Value* kind = scene == nullptr ? nullptr : scene->find("kind");

@@ -71,7 +71,7 @@ Duration largest_age(const DeviceSpec& device) {
   const std::optional<Duration> unchanged = unchanged_age_of(device);
   if (device.is_real || clock_ppm != 0)
     return std::max(unchanged.value_or(Duration{}), least + jitter + period - Duration{1} + kStamp);
-  // One clock: a report always waits for the same tick, or for the next ones if it is older.
+  // Device and host have one clock: a report always waits for the same tick or, if it is older, for one of the next.
   const auto ticks = [&](Duration age) { return first_tick_at_or_after(device.rate, RealTime{age.ns}); };
   if (unchanged) return std::max(*unchanged, period * ticks(least + jitter) + kStamp);
   return least + period * (ticks(least + jitter) - ticks(least)) + kStamp;

@@ -40,7 +40,7 @@ Json numeric(const Field& field, const char* type) {
 
 Json pattern(const std::string& text) { return {{"type", "string"}, {"pattern", text}}; }
 
-/// What is made for a table besides its name.
+/// What a table's schema depends on besides the table's name.
 struct Making {
   bool whole;                ///< the table stands for itself
   const Registry& registry;  ///< whose names are those of foreign parts
@@ -63,8 +63,8 @@ std::vector<std::string> registered_names(const Field& field, const Registry& re
   return names;
 }
 
-/// Whether a table of this field stands for itself: one of a list does, but for [[device]], which is merged by its name with
-/// that of a file named in `extends`. Any other table may be completed by such a file, or be a part of one.
+/// Whether a table of this field stands for itself. One in a list does, except for [[device]], which is merged by its name
+/// with that of a file named in `extends`. Any other table may be completed by such a file, or may itself be only a part.
 bool is_whole(const Field& field) { return field.shape != Shape::one && field.key != "device"; }
 
 /// The forms of one element of the field, which belongs to this table.
@@ -129,8 +129,8 @@ Json property(std::string_view table, std::string_view key, const Making& making
           {"allOf", Json::array({any_of(std::move(schemas))})}};
 }
 
-/// The schema allows keys of other kinds, and misses only keys of tables that stand for themselves; `evenstep check` reports
-/// both.
+/// The schema allows the keys of all kinds, and requires keys only in tables that stand for themselves; `evenstep check`
+/// reports the rest.
 Json table_schema(std::string_view table, const Making& making) {
   Json properties = Json::object(), required = Json::array(), others = false;
   std::string_view last;

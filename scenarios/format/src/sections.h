@@ -23,8 +23,8 @@ struct ScenarioReading {
   bool sound(std::string_view name) const;
 };
 
-/// The rows of foreign_rows of a part that is not evenstep's own.
-/// `must_say_which`: it is an error if the table has neither name nor library.
+/// Reads the keys of foreign_rows of a part that is not evenstep's own. `must_say_which`: it is an error if the table has
+/// neither name nor library.
 Foreign read_foreign(const ScenarioReading& reading, const Table& table, bool must_say_which = true);
 /// Opens the library that the part names, which gives the part its name; empty, with an error, if that is not possible.
 Library library_of(const char* kind, Foreign& part, Errors& errors);
@@ -58,7 +58,7 @@ void read_sweep(ScenarioReading& reading);
 void read_faults(ScenarioReading& reading);        ///< after read_run and read_devices
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
-/// The error that 'queue' of [[device]] is given for a driver that has none, and `why_not`.
+/// Adds an error if [[device]] has 'queue' but its driver has no queue; `why_not` says why.
 inline void refuse_queue(const Table& device, std::string_view why_not, Errors& errors) {
   if (device.has("queue"))
     errors.add(device.place("queue"),

@@ -107,7 +107,7 @@ toml::array array_of(const Value& value) {
   return array;
 }
 
-/// TOML's reader does not know what most often is wrong with a value that it cannot read.
+/// toml++ does not know what is most often wrong with a value that it cannot read.
 std::string_view quotes_hint(std::string_view error) {
   constexpr std::string_view kOfValue[] = {"could not determine value type", "expected a comment or whitespace",
                                            "while parsing decimal integer", "while parsing floating-point"};
