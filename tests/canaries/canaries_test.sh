@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # canaries_test.sh PROGRAM_WITH_CANARIES EVENSTEP REPOSITORY [all] : every canary makes at least one shipped scenario fail
 # with exit status 1, and without a canary none fails. Prints which scenario finds which canary. EVENSTEP itself must not
-# know the canaries. The scenarios take less than a second each; with `all` they are those of the folders timing, safety and
-# recovery.
+# know the canaries. The scenarios take less than a second each; with `all`, all those of the folders timing, safety and
+# recovery are run.
 set -uo pipefail
 with_canaries=$1 evenstep=$2 repository=$3
 scratch=$(mktemp -d)

@@ -168,8 +168,8 @@ case_completion_and_the_manual_know_every_command_and_option() {
   sed 's/\\-/-/g' out >manual
   commands=$("$evenstep" --help | sed -n '/^Subcommands:/,$p' | sed -nE 's/^  ([a-z]+) .*/\1/p')
   [ "$(wc -w <<<"$commands")" -ge 14 ] || fail "commands: $commands"
-  # Each grep reads to the end (no -q). Otherwise the command that writes into the pipe would sometimes fail, and so the
-  # pipe.
+  # Each grep reads to the end (no -q). Otherwise the command that writes into the pipe would sometimes fail, and the whole
+  # pipe with it.
   complete_line() {  # complete_line WORDS... : what the shell offers for the last of them
     bash -c 'source ./completion; COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)); _evenstep
              printf "%s\n" "${COMPREPLY[@]}"' - "$@"
@@ -429,7 +429,7 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
   expect 0 "k_max " run "$tissue" "${small[@]}" --allow-no-expectations
   grep -q UNSTABLE out && fail "a stable step is called unstable"
-  # The run itself says that it starts above the limit, if that is allowed. Otherwise the check says so.
+  # A run that may start above the limit says that it does. For one that may not, the check says so.
   local above=("${small[@]}" --set scene.substeps=1 --set 'scene.stiffness="200 N/m"')
   "$evenstep" run "$tissue" "${above[@]}" --set scene.allow_unstable=true >out 2>err
   grep -Eq "UNSTABLE +the substep is [0-9.]+ times dt_max: allow_unstable lets it start" out || fail "not called unstable"
@@ -457,8 +457,8 @@ assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
-# in_shards TEXT KIND ARGUMENTS... : two shards, their status and their merge. Except for what is measured, the merged lines
-# are those of one process. The merge says TEXT of them, and so does the command, without running anything.
+# in_shards TEXT KIND ARGUMENTS... : runs two shards, asks for their status and merges them. Except for what is measured, the
+# merged lines must be those of one process. The merge prints TEXT, and so does `KIND --resume`, without running anything.
 in_shards() {
   local text=$1 kind=$2 shard file
   shift 2
@@ -494,7 +494,7 @@ case_catalogue_in_shards() {
   expect 1 "0 passed, 1 failed" catalogue "${cases[0]}" \
     --set 'expect=[{ signal = "case.implicit-euler.cpu", metric = "diverged", equals = 1 }]'
 }
-# A merge has the verdict of what is merged. It has none if the scenario is not the one that the shards ran.
+# A merge gives the verdict of what it merges, and none if the scenario is no longer the one that the shards ran.
 case_merge_of_a_catalogue_judges_it() {
   local shard
   mkdir cases
@@ -843,7 +843,7 @@ case_printed_commands_start_as_the_script_was_started() {
     [ $? -eq 1 ] || { cat again.out; fail "$there: its command does not work"; }
   done
 }
-# on_github ARGUMENTS... : runs the program as in a step of GitHub Actions, in the repository $work. Its runner reads pipes.
+# on_github ARGUMENTS... : runs the program in the repository $work, as a step of GitHub Actions, whose runner reads pipes.
 on_github() (
   export GITHUB_ACTIONS=true GITHUB_WORKSPACE=$work GITHUB_STEP_SUMMARY=$work/summary.md
   {
@@ -1017,7 +1017,7 @@ for s in ("paper", "phase_locked"):
     assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
 }
 case_size_prints_tables_that_run_without_an_underrun() {
-  # From a bare list of steps. The segments are those that `size` found and wrote.
+  # The input is a bare list of steps. The run has the segments that `size` found in it and wrote.
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
   expect 0 "this list has none" size steps.csv

@@ -106,7 +106,7 @@ def case_points_of_a_sweep_in_junit(place):
     assert call("merge", *parts, "--out", place / "merged.jsonl", "--junit", place / "two.xml").returncode == 1
     assert (place / "two.xml").read_bytes() == (place / "one.xml").read_bytes()
 
-    for latency, failures in (("40 ms", 0), ("9 ms", 1)):  # with `find` only the value that it finds counts
+    for latency, failures in (("40 ms", 0), ("9 ms", 1)):  # with `find` only the value found counts
         find = f'find = {{ smallest = "remap.latency", at_most = "{latency}" }}'
         file.write_text(scenario("found") + SWEEP.format(find=find), "utf-8")
         assert call("sweep", file, "--out", f"found-{failures}", "--junit", place / "f.xml").returncode == failures

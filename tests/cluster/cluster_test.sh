@@ -2,10 +2,10 @@
 # Sweeps on other people's engines (examples/sweep), while processes are killed. The merged bytes must be those of one
 # process every time, and no finished line may be lost.
 #   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
-# ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), slurm_both (both of these within a second),
-# openmpi, parallel, workqueue, full_disk, builds (no kills: what is refused). KILLS is how many must hit something. The last
-# line says what was measured. WORK in the environment: what is divided, "sweep" (default), "study", "catalogue", or
-# "size --rate 2% --seeds 0..40".
+# ENGINE: slurm (kills a worker ten times in twelve, slurmd once and slurmctld once), slurm_both (kills slurmd and slurmctld
+# within a second), openmpi, parallel, workqueue, full_disk, builds (no kills: what is refused). KILLS is how many kills must
+# hit a process. The last line says what was measured. WORK in the environment says what is divided: "sweep" (default),
+# "study", "catalogue", or "size --rate 2% --seeds 0..40".
 # Exit status 77: skipped, and why.
 # Everything happens in one folder, daemons included, and nothing is left running.
 set -uo pipefail
@@ -88,7 +88,7 @@ catalogue)   # a folder with a case and with a run that fails, which is a result
     "$work/s.toml" >"$scenario/run.toml"
   ;;
 esac
-# The part that is the same wherever it is computed. Costs are not: every shard measures its own.
+# The part of a result that does not depend on where it is computed. Costs do: every shard measures its own.
 certain() { sed 's/,"measured":{.*/}/' "$1"; }
 unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!GTEST_@}" JOB_COMPLETION_INDEX
 begin=$(date +%s%N)
@@ -97,7 +97,7 @@ evenstep $WORK "$scenario" --threads 2 --shard 1/1 --out "$work/one" >"$work/one
 reference=$?
 ((reference <= 1)) || fail "the reference does not end"
 [[ $kind != catalogue || $reference == 1 ]] || fail "the run that fails has passed"
-span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # with an engine it takes a little longer
+span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # an engine takes a little longer
 cd "$work/run" || exit 1
 
 finished_lines() { cat parts/*.jsonl parts/*.partial 2>/dev/null | wc -l; }
@@ -118,7 +118,7 @@ strike() {
 # judge : the run is complete
 judge() {
   cmp -s <(certain "$kind.jsonl") <(certain "$work/one/$kind.jsonl") || fail "run $runs: the merged bytes are others"
-  if [[ $engine != full_disk ]]; then   # whose parts are gone with the disk
+  if [[ $engine != full_disk ]]; then   # its parts are gone with the disk
     evenstep merge parts/*.jsonl --out again.jsonl >again.log 2>&1
     (($? == reference)) || fail "run $runs: the merge exits with another status than one process"
     cmp -s "$kind.jsonl" again.jsonl || fail "run $runs: another merge of the same parts has other bytes"
@@ -135,8 +135,8 @@ fresh() {
   lines_before=0
 }
 
-# struck NAME... -- COMMAND... : runs the command, which is run.sh of an example, and kills one of NAME twice meanwhile. If
-# the command itself does not survive that, it is run again, as its user would do.
+# struck NAME... -- COMMAND... : runs the command, which is run.sh of an example, and meanwhile kills a process of one of
+# these names, twice. If the command itself does not survive that, it is run again, as its user would do.
 struck() {
   local names=() tries=0 shell
   while [[ $1 != -- ]]; do names+=("$1"); shift; done
@@ -312,10 +312,10 @@ revive() {
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
 }
 
-# find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs
-# run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more
-# than BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does
-# not do so again for half an hour.
+# find_lost : what Slurm's user does about lost jobs. A slurmctld that was killed has forgotten the last seconds, so it may
+# believe that jobs still run that have ended. When a node registers, slurmctld asks it for its jobs; a job that the node
+# does not have is requeued if it began more than BatchStartTimeout (10 s) ago. A node that registers earlier than that, as
+# it does when both daemons start again, does not register again for half an hour.
 find_lost() {
   local running
   mapfile -t running < <(squeue -h -r -t R -o %i 2>/dev/null)
@@ -324,9 +324,9 @@ find_lost() {
   scancel "${running[@]}" && lost=$((lost + 1))
 }
 
-# operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed
-# has forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the
-# node and holds the new job.
+# operate : does what Slurm's operator does, who resumes nodes that Slurm has drained, and what its user does, who submits
+# again. A slurmctld that was killed has forgotten the jobs of its last five seconds, and gives their numbers to new jobs. If
+# an old job still runs, it drains the node and holds the new job.
 operate() {
   local jobs
   jobs=$(squeue -h -o '%r' 2>/dev/null) || return
@@ -376,7 +376,7 @@ submitted_again() {
   judge
   [[ $kind != sweep ]] || refuses_old_parts submit_and_wait
 }
-# submit_and_wait : gives the log and the exit status of the merge
+# submit_and_wait : prints the log of the merge and returns its exit status
 submit_and_wait() {
   local id
   id=$("$examples/slurm/submit.sh" "$scenario" | sed -n 's/.*shards, \([0-9]*\) of the merge.*/\1/p')

@@ -160,7 +160,7 @@ case_every_summary_fits_the_schema() {
   cmp -s schema.json "$source_dir/docs/schema/summary-1.json" || fail "another schema than docs/schema/summary-1.json"
   expect 2 "there is no such schema" schema summery
   # Shipped scenarios, each shorter than its expectations need. They fail, but their summaries must fit the schema. (.ci/run
-  # looks at those of all scenarios, which it runs as they are.)
+  # validates the summaries of the scenarios that it runs, which it does not shorten.)
   "$evenstep" run "$source_dir"/scenarios/{paper,timing,sizing,safety} --long --out all \
     --set run.duration="0.4 s" --set run.warmup="0.1 s" >out 2>err
   # Only the cases that take a second at most, as the summaries of all cases have the same form.

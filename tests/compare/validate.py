@@ -1,6 +1,6 @@
 """validate.py [--every-key] SCHEMA FOLDER... : an independent validator (python3-jsonschema) accepts every summary.json below
-the folders, and refuses one with a key that the schema does not describe, or without one that it does. With --every-key each
-key of the schema must have a value in one of them."""
+the folders, and refuses a summary with a key that the schema does not describe, or without a key that it does describe. With
+--every-key each key of the schema must have a value in one of them."""
 import copy
 import json
 import sys
@@ -49,7 +49,7 @@ for file in files:
         if value not in ([], {}, "", None):
             seen.add(key)
 check(len(files) > 40, f"only {len(files)} summaries")
-# A key that no summary has was never validated. A commit need not be there, because the folder may be in no repository.
+# A key that no summary has was never validated. The commit may be missing, because the folder may be in no repository.
 unseen = set(schema["properties"]) - seen - {"commit"}
 check(not (every_key and unseen), f"no summary has a value for {sorted(unseen)}")
 

@@ -6,8 +6,8 @@
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR --exceptions  that each exception is needed, and how many there are
 
 The word after the fence says what a block is:
-    console   lines with "$ " are commands of one shell; the lines after one are its stdout, or its stderr, where progress
-              would otherwise come in between. "..." stands for any lines.
+    console   lines with "$ " are commands of one shell; the lines after a command are its stdout or its stderr, never a
+              mixture. "..." stands for any lines.
               A command must exit with 0, unless the next one is "echo $?".
     sh        commands, one a line, each by itself. They must exit with 0; their comments are not compared.
     toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
@@ -17,8 +17,8 @@ The word after the fence says what a block is:
     json      lines of JSON.
     text      a picture, or the format of a file: nothing to run.
 exceptions.txt lists the commands that are treated in another way, each with its reason:
-    parsed     it is not run; its command, options and files must exist. For a block of toml, named by its first line: it
-               is only parsed.
+    parsed     it is not run; its command, options and files must exist. A block of toml, named by its first line, is only
+               parsed.
     long       it runs in a test of its own.
     fails      it runs, and must exit with 1.
     elsewhere  another test runs the blocks of this page. The command is *, the reason is the file of that test.
@@ -121,7 +121,7 @@ set_target_properties(evenstep::evenstep PROPERTIES IMPORTED_LOCATION "{self.pro
 include("{self.source}/cmake/EvenstepScenarios.cmake")
 """)
         (self.work / "long").mkdir()
-        for name in ("timing.csv", "long/timing.csv"):  # what docs/advise.md has as the second takes half a minute to record
+        for name in ("timing.csv", "long/timing.csv"):  # docs/advise.md has a longer second one, which takes half a minute
             shutil.copy(self.source / "scenarios/recorded/small-paced30-basic.csv", self.work / name)
         mine = next(lines for _, info, lines in fenced_blocks(self.source / "README.md") if info == "toml")
         (self.work / "my.toml").write_text("\n".join(mine) + "\n")
@@ -213,7 +213,7 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
             self.wrong(line, f"prints something else: {command}\n{shown}")
 
     def parse_command(self, line, command):
-        """Command, options and files exist."""
+        """Checks that the command, its options and its files exist."""
         words = shlex.split(command, comments=True)
         while words and re.match(r"^\w+=", words[0]):
             words.pop(0)

@@ -21,7 +21,7 @@ trace() { sed -n 's/^trace \([0-9a-f]*\) .*/\1/p' <<<"$out"; }
 
 for engine in "${engines[@]}"; do
   for scenario in "$here/$engine"-*.toml; do
-    # Two runs in a process, with strategies side by side, give the same; so does another process with one after the other.
+    # Two runs in one process, strategies in parallel, give the same trace; so does a process with one strategy at a time.
     holds PASS run "$scenario" --repeat --threads 2 --out run
     hash=$(trace)
     [[ $hash ]] || fail "$scenario has no trace: $out"

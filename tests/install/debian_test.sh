@@ -54,7 +54,7 @@ listing() {
 }
 
 quietly within apt-get update
-# The dependencies of the packages come first, so that after removal exactly what the packages brought must be gone.
+# The packages' dependencies are installed first, so that after removal exactly what the packages brought must be gone.
 quietly within sh -c 'apt-get install -y --no-install-recommends g++ cmake ninja-build ocl-icd-libopencl1 pocl-opencl-icd \
   libhidapi-hidraw0 $(dpkg-deb --field /packages/evenstep_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g") \
   $(dpkg-deb --field /packages/libevenstep-dev_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g")'

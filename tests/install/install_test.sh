@@ -31,7 +31,7 @@ case_goes_into_a_clean_prefix() {
   for component in runtime dev; do
     quietly cmake --install "$build_dir" --component "$component" --prefix "$work/a prefix"
   done
-  # After the move, nothing that relies on the path of the prefix or of the build works in the other cases.
+  # The other cases run after the move, so what relies on the path of the prefix or of the build does not work in them.
   mv -- "$work/a prefix" "$prefix"
   ! grep -rlIF -e "$work/a prefix" -e "$build_dir" -e "$source_dir" -- "$prefix" || fail "installed files with such a path"
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # without_build.sh SOURCE_DIR BUILD_DIR : builds the program with all options off, which takes minutes, and runs
-# without_test.sh on it. Elsewhere that test runs with libraries that do contain what is refused, so it would not notice if a
-# function were missing.
+# without_test.sh on it. In the other tests without_test.sh gets a program whose libraries do contain what is refused, so it
+# would not notice if a function were missing.
 set -euo pipefail
 source_dir=$1 build_dir=$2
 off=()

@@ -52,8 +52,8 @@ case_another_layout_is_seen_and_mended() {
   in_copy layout
   ((status == 0)) || fail "it is not mended"
 }
-# Catch2 indents the name of a failed test by what comes before the first ": ". It aborts if its 79 columns leave no room
-# then.
+# Catch2 indents the name of a failed test by what comes before the first ": ", and aborts if that leaves no room in its 79
+# columns.
 case_catch2_can_print_the_name_of_every_test() {
   local names
   names=$(grep -rhoE 'TEST_CASE\("[^"]+' "$sources/tests" --include='*.cpp' | sed -nE 's/^TEST_CASE\("(.{74,}): .*/\1/p')

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a
-# time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
-# one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
+# mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, by one mutation of mutations.txt
+# at a time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1
+# if a mutation survived, does not compile, or no longer matches the source, or if the cases fail on the unbroken source.
 # mutation_check.sh SOURCE_DIR --texts [BUILD_DIR] : builds nothing; checks in seconds whether each mutation still matches
 # the source, and whether the tests that are named with it are among those of the build.
 # MUTATION=PATTERN: only mutations whose names match (such as 'judge-*'). JOBS=N: N jobs at a time (default: one per core).
@@ -24,8 +24,8 @@ copy_tree() {
   done <"$1/files"
 }
 
-# replace FILE FROM TO : a literal text that must occur exactly once. Perl is a part of every Debian; bash itself takes ten
-# times as long to look.
+# replace FILE FROM TO : replaces a literal text that must occur exactly once. Perl is a part of every Debian; bash itself
+# would search ten times as long.
 replace() {
   FROM=$2 TO=$3 perl -0777 -we '
     my ($file, $from) = ($ARGV[0], $ENV{FROM});

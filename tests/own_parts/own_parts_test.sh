@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A program of ten lines that adds parts is evenstep with these parts in every command.
+# A program of ten lines that adds parts works as evenstep does, and knows these parts in every command.
 #   own_parts_test.sh PROGRAM SOURCE_DIR
 set -euo pipefail
 program=$1

@@ -18,7 +18,7 @@ def program():
 
 
 class Browser:
-    """With one page. `faults` has every error, warning and refused load that it has met."""
+    """A browser with one page. `faults` has every error, warning and refused load of that page."""
 
     def __init__(self, limit_s=30):
         self.folder = tempfile.mkdtemp(prefix="evenstep-browser-")
@@ -29,7 +29,7 @@ class Browser:
         if os.geteuid() == 0:
             command.insert(1, "--no-sandbox")
 
-        def pipes():  # the protocol's are 3 and 4
+        def pipes():  # the protocol uses the file descriptors 3 and 4
             ends = os.dup(to_it), os.dup(from_it)
             os.dup2(ends[0], 3)
             os.dup2(ends[1], 4)

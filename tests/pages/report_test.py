@@ -61,7 +61,7 @@ def charts_of(page):
 
 
 def columns_of(charts):
-    """As report.js decodes them."""
+    """The columns, decoded as report.js does it."""
     data = base64.b64decode(charts["columns"]["bytes"])
     if charts["columns"]["packed"]:
         data = zlib.decompress(data)

@@ -30,7 +30,7 @@ equals = 0
 TOML
 
 fail() { echo "orphans: $*" >&2; exit 1; }
-# The processes that run the program of the solver. (The watcher runs that of evenstep.)
+# The processes that run the solver's program. (The watcher runs evenstep's.)
 solvers() { find /proc -maxdepth 2 -name exe -lname "$mark" 2>/dev/null || true; }
 
 for signal in KILL ABRT TERM INT; do
@@ -43,7 +43,7 @@ for signal in KILL ABRT TERM INT; do
   [[ -n $(solvers) ]] || fail "the solver did not start"
   sleep 0.2
   kill -"$signal" "$evenstep"
-  # The first of these signals asks to end after the step, the second one ends it at once.
+  # The first TERM or INT asks evenstep to end after the step, the second one ends it at once.
   [[ $signal == TERM || $signal == INT ]] && sleep 0.2 && kill -"$signal" "$evenstep" 2>/dev/null || true
   wait "$evenstep" 2>/dev/null || true
   for ((i = 0; i < 100; ++i)); do

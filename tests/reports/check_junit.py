@@ -1,5 +1,5 @@
-"""Checks a JUnit file against the rules of Jenkins' schema for xUnit (junit-10.xsd), written down from a second reading, and
-that its totals are those of what is in it. check_junit.py FILE [tests failures errors]"""
+"""Checks a JUnit file against the rules of Jenkins' schema for xUnit (junit-10.xsd), which are written down here once more,
+independently of the writer, and whether its totals match its content. check_junit.py FILE [tests failures errors]"""
 import sys
 import xml.etree.ElementTree as ElementTree
 

@@ -1,4 +1,4 @@
-"""Reads the sample files with parsers of other people and compares the values with those that were written."""
+"""Reads the sample files with other people's parsers and compares the values with those that were written."""
 import csv
 import json
 import pathlib

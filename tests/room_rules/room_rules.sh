@@ -97,8 +97,8 @@ rooms_too_large() {
   done
 }
 
-# names_in_two_rooms ROOT: lists headers that have the name of a header in another room. Who reads `#include "name.h"` should
-# not have to ask which one it is.
+# names_in_two_rooms ROOT: lists headers that have the name of a header in another room. A reader of `#include "name.h"`
+# should not have to ask which header that is.
 names_in_two_rooms() {
   local room
   for room in $product; do

@@ -463,7 +463,7 @@ case_the_check_leaves_out_scenarios_that_are_long() {
   expect_status 0
   grep -qF '[run][scenarios/paper][scenarios/timing/short.toml][--repeat]' out || fail "not the short ones twice"
   grep -qF '[run][scenarios/stiff/short.toml][scenarios/extreme]' out || fail "not the catalogue without its long one"
-  # Nothing is left of recorded/, so the program is given the folder and says what it finds there.
+  # All of recorded/ is left out, so the check passes the folder itself to the program, which says that nothing is left.
   grep -qF '[scenarios/sources][scenarios/recorded]' out || fail "not the folder"
   ! grep -qE 'minutes.toml|hours.toml' out || fail "a long scenario was run"
 }

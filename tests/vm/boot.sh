@@ -66,7 +66,7 @@ for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
 # --- boots twice, or up to four times until two boots in a row say the same about that run: on a busy machine qemu's
-# instruction clock has moved by microseconds. The serial line is a file, because a full pipe would stop the guest.
+# instruction clock can shift by microseconds. The serial line is a file, because a full pipe would stop the guest.
 
 # boot MARK LOG : boots and waits until the guest has printed the mark
 boot() {

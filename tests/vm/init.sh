@@ -1,6 +1,6 @@
 #!/bin/sh
 # The guest's first and only process. It loads the kernel's HID modules, runs what is to be tested, and powers off. The test
-# reads from the serial line what is between two marks. A live run comes first, because a second boot repeats only that.
+# reads what is between two marks on the serial line. A live run comes first, because a second boot repeats only that.
 export PATH=/bin HOME=/tmp NO_COLOR=1
 mount -t proc none /proc
 mount -t sysfs none /sys
