@@ -68,10 +68,11 @@ ShadowedStep DirectShadow::shadow(const SeenStep& step) {
   ShadowedStep shadowed{step, {}};
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     const std::deque<DeviceSample>& samples = tools_[i].samples;
+    if (!step.tools[i].sampled || samples.empty()) continue;  // direct would have had no sample, either
     const auto after = std::upper_bound(samples.begin(), samples.end(), step.tools[i].newest,
                                         [](RealTime at, const DeviceSample& sample) { return at < sample.read_at; });
-    // Before the first sample the hand is taken to have been where it is first seen.
-    if (!samples.empty()) shadowed.direct_m[i] = (after == samples.begin() ? *after : *(after - 1)).position_m;
+    // Where the sample that the step saw is kept no longer, the oldest one is the nearest to it.
+    shadowed.direct_m[i] = (after == samples.begin() ? *after : *(after - 1)).position_m;
   }
   if (!solver_) return shadowed;
   try {

@@ -98,7 +98,8 @@ Reading<glm::dvec3> Exchange::hand(int tool, const Slot& slot) {
 }
 
 bool Exchange::must_wait(int tool, const Reading<glm::dvec3>& hand) const {
-  return links_[static_cast<std::size_t>(tool)].spec.gate && hand.status == ReadStatus::underrun;
+  const bool missing = hand.status == ReadStatus::underrun || hand.status == ReadStatus::empty;
+  return missing && links_[static_cast<std::size_t>(tool)].spec.gate;
 }
 
 RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {

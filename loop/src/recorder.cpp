@@ -63,10 +63,12 @@ void StepRecorder::segment(const SegmentTiming& segment, RealTime began) {
 }
 
 StepRead StepRecorder::read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const {
+  if (hand.status == ReadStatus::empty) return StepRead::underrun;  // nor is there anything to predict from
+  if (hand.status == ReadStatus::overrun) return StepRead::overrun;
+  if (hand.status == ReadStatus::inside && waited.ns > 0) return StepRead::gated;
   if (slot.kind == SlotKind::newest) return StepRead::newest;
   if (slot.kind == SlotKind::acquiring) return StepRead::acquiring;
-  if (hand.status == ReadStatus::overrun) return StepRead::overrun;
-  if (hand.status == ReadStatus::inside) return waited.ns > 0 ? StepRead::gated : StepRead::inside;
+  if (hand.status == ReadStatus::inside) return StepRead::inside;
   return words_.predicts ? StepRead::predicted : StepRead::underrun;
 }
 
@@ -74,11 +76,13 @@ void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Readin
   const StepRead read = read_of(slot, hand, waited);
   reads_[static_cast<std::size_t>(tool)] = read;
   if (watch_) {
-    seen_.tools[static_cast<std::size_t>(tool)] = {hand.newest, hand.newest - slot.read, hand.value};
+    seen_.tools[static_cast<std::size_t>(tool)] = {hand.newest, hand.newest - slot.read, hand.value,
+                                                   hand.status != ReadStatus::empty};
     seen_.late_reads += read == StepRead::underrun;
   }
   if (read != StepRead::underrun && read != StepRead::gated) return;
-  const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
+  // Before the first sample `newest` is 0, and R(n) can be before that.
+  const Duration lateness = read == StepRead::gated ? waited : std::max(slot.read - hand.newest, Duration{});
   record_.underruns.push_back(
       {n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness, words_.interaction});
 }

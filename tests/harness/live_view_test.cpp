@@ -121,6 +121,25 @@ TEST_CASE("the shadow's hand is what direct reads, step for step, where direct i
   CHECK(shadow.no_force(0) == "direct itself is what runs");
 }
 
+TEST_CASE("the shadow's hand is at 0 at a step that had no sample yet, as direct's is") {
+  DirectShadow shadow(live_scenario("phase_locked"));
+  SeenTick tick = tick_at(20, 9 * kMs, 1, 0);
+  tick.sample.read_at = RealTime{29 * kMs};
+  tick.sample.position_m = {0.00002, 0, 0};
+  shadow.add(tick);
+  for (const bool sampled : {false, true}) {
+    SeenStep step = step_at(0, {}, {});
+    step.tools[0].sampled = sampled;
+    step.tools[0].newest = RealTime{sampled ? 29 * kMs : 0};
+    step.end = RealTime{sampled ? 31 * kMs : 12 * kMs};
+    shadow.add(step);
+  }
+  std::vector<double> hands_m;
+  shadow.take(
+      kNever, [](const ShadowedTick&) {}, [&](const ShadowedStep& step) { hands_m.push_back(step.direct_m[0].x); });
+  CHECK(hands_m == std::vector<double>{0, 0.00002});
+}
+
 TEST_CASE("the shadow's force is the scene's answer to the newest sample, from the end of the step on") {
   DirectShadow shadow(live_scenario("phase_locked"));  // a spring of 200 N/m
   CHECK(shadow.no_force(0).empty());

@@ -201,6 +201,28 @@ TEST_CASE("every underrun that is counted is a row of the log, with its lateness
   }
 }
 
+TEST_CASE("a step before the first sample is an underrun with every strategy, and the gate of a map waits for that sample") {
+  // Steps first: the first step begins at 0, half a period before the first tick.
+  for (const bool gate : {false, true}) {
+    Scenario scenario = read(kSpring, with({"timing.order=\"steps-first\"", "run.duration=\"1 s\""},
+                                           gate ? kGate : std::vector<std::string>{"expect=[]"}));
+    scenario.devices[0].phase = Duration{500'000};
+    std::size_t strategies = 0;
+    for (const StrategyRecord& record : run_all(scenario).strategies) {
+      if (record.name == "ideal") continue;
+      INFO(record.name << ", gate " << gate);
+      ++strategies;
+      const bool waits = gate && record.name != "direct";
+      CHECK(record.devices[0].steps[0].read == (waits ? StepRead::gated : StepRead::underrun));
+      CHECK(record.devices[0].steps[1].read != StepRead::gated);
+      const UnderrunRow row = rows(record, UnderrunRow::Side::interaction)[0];
+      CHECK(row.step == 0);
+      CHECK(row.lateness == Duration{waits ? 500'000 : 0});
+    }
+    CHECK(strategies == 3);
+  }
+}
+
 TEST_CASE("predict has no latency and is exact on a line, its forces come on time") {
   const std::vector<std::string> base{"run.strategies=[\"predict\"]", "expect=[]"};
   const RunOutcome outcome = run_scenario(read(kSpring, base), {});

@@ -42,6 +42,7 @@ struct SeenStep {
     RealTime newest;         ///< when the newest sample that it could see was taken
     Duration sample_margin;  ///< newest - R(n)
     glm::dvec3 hand_m{0};    ///< x_n, what the solver was given
+    bool sampled = true;     ///< false: there was no sample yet, so the hand was taken to be at 0
   };
   std::array<Tool, kMaxTools> tools{};
 };
