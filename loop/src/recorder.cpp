@@ -81,8 +81,7 @@ void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Readin
     seen_.late_reads += read == StepRead::underrun;
   }
   if (read != StepRead::underrun && read != StepRead::gated) return;
-  // Before the first sample `newest` is 0, and R(n) can be before that.
-  const Duration lateness = read == StepRead::gated ? waited : std::max(slot.read - hand.newest, Duration{});
+  const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
   record_.underruns.push_back(
       {n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness, words_.interaction});
 }

@@ -147,7 +147,7 @@ struct UnderrunRow {
   std::int64_t step = 0;
   std::uint32_t device = 0;  ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  /// Interaction: R(n) - newest visible sample (if there was none: R(n), but at least 0), or with a gate the time waited.
+  /// Interaction: R(n) - newest visible sample (t = 0 if there was none), or with a gate the time waited.
   /// Force: E(n) - F(n).
   Duration lateness;
   std::string_view policy;  ///< "clamp", "gate", "extrapolate" or "hold"
