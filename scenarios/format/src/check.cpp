@@ -16,7 +16,7 @@ constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kRenderWord = "render ", kBurnWord = "burn ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
-/// Placeholder lengths for the check of the forms; the real ones are read from [timing] later.
+/// Any lengths do for the check of the forms; those of the scenario are read from [timing] later.
 constexpr Duration kSome{1'000'000};
 constexpr NominalUnits kSomeNominal{
     .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
