@@ -9,6 +9,7 @@ fail() { note "$@"; exit 2; }
 # --- packages ---------------------------------------------------------------------------------------------------------
 
 package_lists=("$repo/scripts/packages.txt")
+lists_are_fresh=   # once the lists of what can be installed have been fetched
 tests=OFF   # whether the build has the tests: they need packages that running does not
 
 # with_tests : the build that set_up makes has the tests, and what they need is installed
@@ -70,8 +71,9 @@ install_packages() {
       exit 2
     fi
   fi
-  run_apt update ||
+  [[ $lists_are_fresh ]] || run_apt update ||
     fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
+  lists_are_fresh=yes
   run_apt install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get install failed: see its errors above. Debian 12 has all of: ${missing[*]}"
 }

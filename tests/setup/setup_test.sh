@@ -54,6 +54,10 @@ if [ -s "$work/lock_held" ]; then
   echo "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 1 (apt-get)"
   exit 100
 fi
+if [[ " $* " == *" install "* ]]; then
+  still_missing=$(grep -vxF -f <(printf '%s\n' "$@") -- "$work/missing")
+  echo "$still_missing" >"$work/missing"
+fi
 END
   stand_in sleep <<<''
   for tool in bash env sed sort comm grep mktemp tee rm cat tr true; do ln -sf "$(type -P "$tool")" bin/; done
@@ -70,6 +74,7 @@ repo=$1 build=$2
 source "$repo/scripts/setup.sh"
 if [[ ${WITH_TESTS-} ]]; then with_tests; fi
 install_packages
+if [[ ${TWICE-} ]]; then with_tests; install_packages; fi
 END
 install() {
   PATH=$work/bin bash install "$source_dir" "$work/build" >out 2>err </dev/null
@@ -134,6 +139,12 @@ case_on_a_bare_system_everything_is_installed() {
   system 0 "${names[@]}"
   install
   expect_calls "$(printf '%s\n' 'id -u' "$update" "$add ${names[*]}")"
+}
+case_the_lists_of_what_there_is_are_fetched_once() {
+  system 0 libglm-dev valgrind
+  TWICE=1 install
+  expect_status 0
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libglm-dev" 'id -u' "$add valgrind")"
 }
 case_without_a_terminal_sudo_is_not_let_ask() {
   sudo_here accepts
@@ -483,6 +494,23 @@ END
   touch c/broken
   call c/.ci/run
   expect_status 1
+}
+case_the_check_installs_what_the_build_needs_before_it_and_the_rest_beside_it() {
+  clone c
+  system 0 libglm-dev oclgrind
+  call c/.ci/run
+  expect_status 0
+  [[ $(grep '^apt-get' calls) == "$(printf '%s\n' "$update" "$add libglm-dev" "$add oclgrind")" ]] ||
+    fail "not these calls of apt-get"
+}
+case_the_check_says_why_its_own_packages_could_not_be_installed() {
+  clone c
+  system 0 oclgrind
+  echo install >apt_fails
+  call c/.ci/run
+  expect_status 2
+  grep -qF 'E: it did not work' out || fail "apt-get's error is missing"
+  expect_err 'what only the check needs could not be installed'
 }
 case_the_check_counts_a_stage_that_could_not_start() {
   clone c
