@@ -55,7 +55,7 @@ build() {
     { cat "$1/configure.log"; fail "the copy cannot be configured"; }
   cmake --build "$copy/build" --target evenstep --parallel "$(nproc)" >"$1/build.log" 2>&1 ||
     { tail -50 "$1/build.log"; fail "the copy does not build"; }
-  bash "$copy/tests/room_rules/room_rules.sh" "$copy" || fail "the examples break a room rule"
+  python3 "$copy/tests/room_rules/room_rules.py" "$copy" || fail "the examples break a room rule"
   evenstep=$copy/build/apps/evenstep
   "$evenstep" run "$here/examples.toml" --out "$1/run" || fail "examples.toml fails"
   out=$("$evenstep" units)
