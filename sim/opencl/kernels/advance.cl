@@ -1,4 +1,4 @@
-// One substep of symplectic Euler for every cell; fixed, grabbed and ghost cells stay where they are.
+// One substep of symplectic Euler for every cell. Fixed, grabbed and ghost cells stay where they are.
 #ifdef AXIAL_DAMPING
 #define VELOCITIES READ(v), WRITE(new_v)  // separate arrays, because a neighbour still reads the old velocity
 #else
@@ -8,7 +8,7 @@
 #define new_vz vz
 #endif
 #if defined(DAMPING) && defined(REGIONS)
-#define DECAYED * (DECAY + (1.0f - DECAY) * (mobile[i] - inverse_mass[i]))  // the same drag on a particle of another mass
+#define DECAYED * (DECAY + (1.0f - DECAY) * (mobile[i] - inverse_mass[i]))  // the same drag for a particle of another mass
 #elif defined(DAMPING)
 #define DECAYED * DECAY
 #else
@@ -28,7 +28,7 @@ __kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* r
                       __global const float* restrict mobile MATERIALS TOOLS STEP_ARGUMENTS) {
   const size_t i = get_global_id(0) + FIRST;
   ALL_FORCES
-  // mobile is 1 or 0; it is multiplied with, because a product cannot become a branch.
+  // mobile is 1 or 0. It is a factor, because a product cannot become a branch.
   const float acceleration = ACCELERATION * inverse_mass[i], h = STEP * mobile[i];
   const float wx = (vx[i] DECAYED + fx * acceleration) FALL(x);
   const float wy = (vy[i] DECAYED + fy * acceleration) FALL(y);

@@ -1,6 +1,7 @@
-// Before all other kernels, in both programs: the one of the scene, whose options are its constants (springs.cl), and the
-// one of every scene (sums.cl), which a driver that caches what it compiles has for all of them.
-// There are products with 1 or 0 instead of branches, and indices are size_t (an int index turns every load into a gather),
+// Comes before all other kernels, in both programs that the host builds: the one of the scene, which is compiled with the
+// scene's constants (springs.cl), and the one that is the same for every scene (sums.cl), so that a driver with a cache
+// compiles it only once.
+// Products with 1 or 0 stand in the place of branches, and indices are size_t (an int index turns every load into a gather),
 // so that the loop over work-items vectorises. There is no contraction and no transcendental function, so that every device
 // computes the same bits.
 #pragma OPENCL FP_CONTRACT OFF

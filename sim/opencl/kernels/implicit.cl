@@ -1,5 +1,6 @@
-// Implicit Euler, with the same operations as cpu/methods/implicit.cpp, by the method of conjugate gradients: what does not
-// depend on the scene. `first` is the index of the first cell. implicit_system.cl has the rest, and says what names mean.
+// Implicit Euler by the method of conjugate gradients, with the same operations as cpu/methods/implicit.cpp. Here is what
+// does not depend on the scene. implicit_system.cl has the rest, and says what the names mean. `first` is the index of the
+// first cell.
 
 // During the whole substep a grabbed particle has one velocity: the one that takes it from where it is to its tool.
 __kernel void aim_grabs(__global const uint* restrict cells, uint count, uint split, READ(u), WRITE(v), float h, float4 t0,
@@ -58,7 +59,7 @@ __kernel void finish_solve(READ(x), WRITE(u), WRITE(v), ulong first, float h) {
   ux[i] += h * x;
   uy[i] += h * y;
   uz[i] += h * z;
-  vx[i] = x + 0.0f * (x - vx[i]);  // as implicit midpoint does it, with 1
+  vx[i] = x + 0.0f * (x - vx[i]);  // implicit midpoint has 1 in the place of 0
   vy[i] = y + 0.0f * (y - vy[i]);
   vz[i] = z + 0.0f * (z - vz[i]);
 }

@@ -17,7 +17,7 @@
 
 __kernel void probe_cells(PROBE) { FORCE_OF_PROBE }
 
-// With what the local model is made of besides.
+// The same, and what the local model is made of.
 __kernel void probe_model_cells(PROBE) {
   FORCE_OF_PROBE
   const float weight = mobile[i] * inside;

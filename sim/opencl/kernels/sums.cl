@@ -1,6 +1,6 @@
 // The host defines CHUNK.
 // Digest of the particle state: an integer mix per cell, then sums over fixed chunks, so that no work-group size matters.
-// All NaNs count as the same one, because it depends on the device which payload a NaN has.
+// All NaNs count as the same one, because the payload of a NaN depends on the device.
 #define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
 
 // `first` is the index of the first cell; `digests` begins with it.
