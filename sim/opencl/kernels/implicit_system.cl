@@ -1,5 +1,5 @@
 // The part of implicit Euler (implicit.cl) that depends on the scene. x is the velocity to be found, z = u + h x, r the
-// residual, p the direction, q = A p. One product per cell is summed over chunks by sums.cl, and over the chunks by the host.
+// residual, p the direction, q = A p. sums.cl sums one product per cell over chunks, and the host sums the chunks.
 #ifdef REGIONS
 #define OWN_K(I) stiffness[I]
 #else
