@@ -1,6 +1,7 @@
-"""mutation_check.py SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, by one mutation of mutations.txt
-at a time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
-a mutation survived, does not compile, or no longer matches the source, or if the cases fail on the unbroken source.
+"""mutation_check.py SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, by one mutation of
+mutations.txt at a time, builds the test program that is expected to notice, runs its named cases, and reports killed or
+survived. Exit 1 if a mutation survived, does not compile, or no longer matches the source, or if the cases fail on the
+unbroken source.
 
 mutation_check.py SOURCE_DIR --texts [BUILD_DIR] : builds nothing; checks in a second whether each mutation still matches the
 source, and whether the tests that are named with it are among those of the build.
@@ -8,8 +9,8 @@ source, and whether the tests that are named with it are among those of the buil
 Environment: MUTATION=PATTERN: only mutations whose names match (such as 'judge-*'). JOBS=N: N jobs at a time (default: one
 per core).
 
-Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept, so that nothing is built twice.
-A later run writes only files that differ from the source.
+Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept, so that nothing is built
+twice. A later run writes only files that differ from the source.
 """
 import filecmp
 import fnmatch
@@ -163,7 +164,7 @@ class Job:
         return self.call("build/" + inputs.split("\n")[1].strip(), "--abort", cases, timeout=SECONDS_PER_TEST)
 
     def call(self, *words, timeout=None):
-        """Whether it failed, and what it said. The output goes into a file, because a test may leave children that hold it."""
+        """Whether it failed, and what it said. That goes into a file, because a test may leave children that hold a pipe."""
         with open(self.tree / "output.log", "w+", encoding="utf-8", errors="replace") as log:
             status = subprocess.run(words, cwd=self.tree, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
                                     env={**os.environ, "POCL_CACHE_DIR": str(self.tree / "build/pocl-cache")},

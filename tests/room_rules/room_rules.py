@@ -4,6 +4,7 @@ It prints every violation as file:line: [rule] text, and exits with 1 if there i
 violation and on the same text in a place where it is allowed. If a rule does not notice the first or complains about the
 second, the test fails, too.
 """
+import posixpath
 import re
 import sys
 from collections import defaultdict
@@ -125,10 +126,28 @@ def names_in_two_rooms(tree):
             yield f"{min(found)}:1: [one name, one header] {name} is in {', '.join(sorted(found))}"
 
 
+def sources_that_nothing_builds(tree):
+    """A test in a file that no CMake list names would never run."""
+    built = []
+    for path, text in tree.items():
+        if path.endswith(("CMakeLists.txt", ".cmake")):
+            for word in re.findall(r'[^\s()"]+\.cpp\b', text):
+                word = re.sub(r"\$\{(CMAKE|PROJECT)_SOURCE_DIR\}", "", word.replace("${CMAKE_CURRENT_SOURCE_DIR}/", ""))
+                folder = "" if word.startswith("/") else posixpath.dirname(path)
+                word = posixpath.normpath(posixpath.join(folder, word.lstrip("/")))
+                built.append(re.sub(r"\\\$\\\{\w+\\\}", "[^/]*", re.escape(word)))   # a variable may be anything
+    built = re.compile("|".join(built) or "$.")
+    for path in tree:
+        if path.endswith(".cpp") and not built.fullmatch(path):
+            yield f"{path}:1: [every source is built] no CMake list names it"
+
+
 # What proves a rule: a text; paths where it is seen; paths where it is not.
-CLOCK = ("scheduler/src/scheduler.cpp",), ("clock/src/wall_clock.cpp", "tests/clock/wall_test.cpp", "examples/embed/embed.cpp")
+CLOCK = ("scheduler/src/scheduler.cpp",), ("clock/src/wall_clock.cpp", "tests/clock/wall_test.cpp",
+                                           "examples/embed/embed.cpp")
 THREADS = ("harness/src/run.cpp",), ("scheduler/src/parallel_for.cpp", "scheduler/src/live_lanes.cpp",
-                                     "device/src/live_sender.h", "tests/scheduler/lanes_test.cpp", "examples/embed/embed.cpp")
+                                     "device/src/live_sender.h", "tests/scheduler/lanes_test.cpp",
+                                     "examples/embed/embed.cpp")
 RANDOM = ("scheduler/src/random.cpp", "tests/sim/solver_test.cpp"), ()
 HEADERS = ("harness/include/evenstep/harness/a.h", "clock/time/include/evenstep/time/a.h"), ("harness/src/a.cpp",)
 PROCESSES = ("harness/src/run.cpp",), ("plugins/src/child_start.cpp",)
@@ -205,6 +224,14 @@ def faults_of_rules():
         yield "the rule on names does not see two headers of one name"
 
 
+    lists = {"sim/CMakeLists.txt": "room(sim SOURCES a.cpp ../b.cpp ${CMAKE_SOURCE_DIR}/c/d.cpp ${name}_e.cpp)"}
+    if list(sources_that_nothing_builds({**lists, "sim/a.cpp": "", "b.cpp": "", "c/d.cpp": "", "sim/x_e.cpp": ""})):
+        yield "the rule on sources refuses one that is built"
+    for path in ["sim/b.cpp", "a.cpp", "sim/c/a.cpp", "sim/x_f.cpp", "sim/aXcpp.cpp"]:
+        if not list(sources_that_nothing_builds({**lists, path: ""})):
+            yield f"the rule on sources does not see that nothing builds {path}"
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit("usage: room_rules.py ROOT")
@@ -214,10 +241,11 @@ def main():
         faults.append(f"no source tree at {sys.argv[1]}")
     for rule in RULES.values():
         faults += violations(rule, tree)
-    faults += [*headers_without_opening(tree), *rooms_too_large(tree), *names_in_two_rooms(tree)]
+    faults += [*headers_without_opening(tree), *rooms_too_large(tree), *names_in_two_rooms(tree),
+               *sources_that_nothing_builds(tree)]
     if faults:
         sys.exit("\n".join(faults))
-    print(f"room_rules: {len(RULES)} rules, the header opening, the sizes of the rooms and the names of headers hold")
+    print(f"room_rules: {len(RULES)} rules hold, and those on headers, the sizes of rooms and what is built")
 
 
 main()
