@@ -51,7 +51,7 @@ build() {
     (cd "$copy" && GIT_CEILING_DIRECTORIES=$(realpath "$1") git apply "$here/$kind.patch") ||
       fail "$kind.patch does not apply beside the others"
   done
-  cmake -S "$copy" -B "$copy/build" -G Ninja -DEVENSTEP_BUILD_TESTS=OFF >"$1/configure.log" 2>&1 ||
+  (cd "$copy" && cmake --preset release -D EVENSTEP_BUILD_TESTS=OFF) >"$1/configure.log" 2>&1 ||
     { cat "$1/configure.log"; fail "the copy cannot be configured"; }
   cmake --build "$copy/build" --target evenstep --parallel "$(nproc)" >"$1/build.log" 2>&1 ||
     { tail -50 "$1/build.log"; fail "the copy does not build"; }
