@@ -2,7 +2,12 @@
 
 #include <cmath>
 
+#include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/loop/recorder.h"
+#include "evenstep/loop/solver_step.h"
+#include "evenstep/scheduler/scheduler.h"
+#include "evenstep/sim/solver.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -39,6 +44,24 @@ std::int64_t count(const StrategyRecord& record, StepRead read) {
   std::int64_t count = 0;
   for (const StepSample& sample : record.devices[0].steps) count += sample.read == read;
   return count;
+}
+
+// What a step has found, and what its read then counts as
+struct Found {
+  SlotKind slot;
+  ReadStatus status;
+  Duration waited;
+  StepRead read, of_one_that_predicts;
+};
+constexpr Duration kLacking{40};
+Task record(Scheduler& scheduler, StepRecorder& recorder, const SolverStep& step, const std::vector<Found>& found) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto n = static_cast<std::int64_t>(i);
+    co_await scheduler.until(RealTime{100 * n}, Lane::launch, "step");
+    const Slot slot{RealTime{100 * n}, found[i].slot};
+    recorder.hand(0, n, slot, {{}, found[i].status, slot.read - kLacking}, found[i].waited);
+    recorder.step(scheduler, {}, slot, slot.read, {}, step);
+  }
 }
 
 }  // namespace
@@ -350,4 +373,48 @@ TEST_CASE("a segment that a gate pushed back ends as much later as it began, in 
     pushed += row.begin > programmed.begin;
   }
   CHECK(pushed > 50);  // otherwise hardly any segment was pushed back, and nothing was tested
+}
+
+TEST_CASE("what a read counts as follows from what the buffer had, then from the kind of slot") {
+  constexpr Duration kNone{}, kWaited{1};
+  using enum ReadStatus;
+  const std::vector<Found> found{
+      {SlotKind::mapped, inside, kNone, StepRead::inside, StepRead::inside},
+      {SlotKind::mapped, inside, kWaited, StepRead::gated, StepRead::gated},
+      {SlotKind::mapped, underrun, kNone, StepRead::underrun, StepRead::predicted},
+      {SlotKind::newest, inside, kNone, StepRead::newest, StepRead::newest},
+      {SlotKind::acquiring, inside, kNone, StepRead::acquiring, StepRead::acquiring},
+      {SlotKind::acquiring, inside, kWaited, StepRead::gated, StepRead::gated},
+      // Nothing was ever there, or what was wanted has left the ring: no kind of slot and no strategy makes that good.
+      {SlotKind::mapped, empty, kNone, StepRead::underrun, StepRead::underrun},
+      {SlotKind::newest, empty, kNone, StepRead::underrun, StepRead::underrun},
+      {SlotKind::acquiring, empty, kNone, StepRead::underrun, StepRead::underrun},
+      {SlotKind::mapped, overrun, kNone, StepRead::overrun, StepRead::overrun},
+      {SlotKind::newest, overrun, kNone, StepRead::overrun, StepRead::overrun},
+      {SlotKind::acquiring, overrun, kNone, StepRead::overrun, StepRead::overrun},
+  };
+  const Scenario scenario = read(kSpring);
+  const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scenario.scene);
+  const SolverStep step(*solver, scenario.scene);
+  for (const bool predicts : {false, true}) {
+    VirtualClock clock;
+    InlineExecutor executor;
+    Scheduler scheduler(clock, executor);
+    StrategyRecord run;
+    run.devices.resize(1);
+    StepRecorder recorder(run, {.predicts = predicts, .interaction = "clamp", .force = "hold"});
+    scheduler.spawn(record(scheduler, recorder, step, found));
+    scheduler.run(RealTime{10'000});
+
+    std::vector<Duration> lacked;  // what a step lacked, or waited for, is a row
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const StepRead expected = predicts ? found[i].of_one_that_predicts : found[i].read;
+      CAPTURE(i, predicts);
+      CHECK(run.devices[0].steps[i].read == expected);
+      if (expected == StepRead::underrun) lacked.push_back(kLacking);
+      if (expected == StepRead::gated) lacked.push_back(kWaited);
+    }
+    REQUIRE(run.underruns.size() == lacked.size());
+    for (std::size_t i = 0; i < lacked.size(); ++i) CHECK(run.underruns[i].lateness == lacked[i]);
+  }
 }

@@ -29,7 +29,7 @@ RunOutcome run_with(const Scenario& scenario, ClockKind clock, bool picture) {
   return run_scenario(scenario, options);
 }
 
-const std::vector<std::string> kLive{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "timing.picture=[64, 48]"};
+const std::vector<std::string> kDrawnLive{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "timing.picture=[64, 48]"};
 
 /// Why nothing can be drawn here; empty if it can.
 std::string cannot_draw() {
@@ -68,7 +68,7 @@ TEST_CASE("visualization: a live run that draws records how long that took, repl
     return;
   }
   for (const char* visualization : {"render", "render 11.1 ms"}) {
-    const RunOutcome outcome = run_with(tissue_with(visualization, kLive, true), ClockKind::wall, true);
+    const RunOutcome outcome = run_with(tissue_with(visualization, kDrawnLive, true), ClockKind::wall, true);
     INFO(outcome.failure << outcome.repeat_difference);
     CHECK(outcome.exit == ExitCode::pass);
     CHECK(outcome.record.visualization.find("64 x 48 pixels") != std::string::npos);
@@ -90,7 +90,7 @@ TEST_CASE("visualization: a live run that draws records how long that took, repl
 
 TEST_CASE("visualization: a live run that burns takes about as long as it says, and replays to its hash") {
   if (!built_with_opencl()) return;
-  const std::vector<std::string> live{kLive[0], kLive[1]};
+  const std::vector<std::string> live{kDrawnLive[0], kDrawnLive[1]};
   const RunOutcome outcome = run_with(tissue_with("burn 4 ms", live), ClockKind::wall, false);
   INFO(outcome.failure << outcome.repeat_difference);
   CHECK(outcome.exit == ExitCode::pass);
@@ -124,7 +124,7 @@ TEST_CASE("visualization: a live run draws in the parts that its governor asks f
     WARN("skipped: " << why);
     return;
   }
-  std::vector<std::string> live = kLive;
+  std::vector<std::string> live = kDrawnLive;
   SECTION("each drawing in three parts") {
     live.push_back("timing.governor={ split = 3 }");
     const RunOutcome outcome = run_with(tissue_with("render 11.1 ms", live, true), ClockKind::wall, true);
@@ -150,7 +150,7 @@ TEST_CASE("visualization: a live run draws in the parts that its governor asks f
 
 TEST_CASE("visualization: a live run that burns shares that out between the parts, and replays to its hash") {
   if (!built_with_opencl()) return;
-  const std::vector<std::string> live{kLive[0], kLive[1], "timing.governor={ budget = \"2 ms\" }"};
+  const std::vector<std::string> live{kDrawnLive[0], kDrawnLive[1], "timing.governor={ budget = \"2 ms\" }"};
   const RunOutcome outcome = run_with(tissue_with("burn 4 ms", live), ClockKind::wall, false);
   INFO(outcome.failure << outcome.repeat_difference);
   CHECK(outcome.exit == ExitCode::pass);
