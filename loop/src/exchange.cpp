@@ -64,6 +64,9 @@ DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
   link.sensed[1] = std::exchange(link.sensed[0], sample);
+  // The forces are looked at before a step can have the sample. Otherwise a fast step could begin with this sample and end
+  // before this tick looks: the step would need the tick, and the tick the step, and no replay could run either first.
+  link.looked = look(tool, scheduler);
   // A position that is not new is the last sample again, which the ring already has.
   if (sample.fresh || !sample.taken_at)
     link.interaction.push(sample.time(), sample.position_m);
@@ -79,9 +82,9 @@ const glm::dvec3* Exchange::other_hand_m(int tool, const DeviceSample& sample) c
   return nullptr;
 }
 
-Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& scheduler) {
-  const TickInput input = look(tool, scheduler);
+Played Exchange::play(int tool, const DeviceSample& sample) {
   Link& link = links_[static_cast<std::size_t>(tool)];
+  const TickInput& input = link.looked;
   Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample, other_hand_m(tool, sample)),
                 link.forces->spring()};
   link.count(input, played.force_N.status);

@@ -44,7 +44,7 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
     lane.skipped += skipped;
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
-    Played played = exchange.play(lane.tool, sample, scheduler);
+    Played played = exchange.play(lane.tool, sample);
     SentForce sent;
     sent.force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
     if (played.spring) played.spring = exchange.render(lane.tool, lane.guard.share(*played.spring));

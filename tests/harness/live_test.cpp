@@ -4,6 +4,7 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
+#include "evenstep/harness/simulated_devices.h"
 #include "evenstep/loop/exchange.h"
 
 #include <filesystem>
@@ -149,7 +150,7 @@ TEST_CASE("what is replayed is read as of its head, however far the other lane h
     std::vector<Reading<glm::dvec3>> all;
     for (int k = 0; k < pushed; ++k) {
       const DeviceSample sample = exchange.sense(0, scheduler);
-      const Reading<glm::dvec3> force = exchange.play(0, sample, scheduler).force_N;
+      const Reading<glm::dvec3> force = exchange.play(0, sample).force_N;
       if (k < 6) all.push_back(force);
     }
     for (int at = 0; at < 6; ++at) all.push_back(exchange.hand(0, {ms(at), SlotKind::mapped}));
@@ -164,6 +165,31 @@ TEST_CASE("what is replayed is read as of its head, however far the other lane h
     overrun = overrun || then[i].status == ReadStatus::overrun;
   }
   CHECK(overrun);
+}
+
+TEST_CASE("a tick looks at the forces before a step can have its sample") {
+  // Otherwise a step between both would come after the tick and before it, and the replay would have no order.
+  struct Watched : DeviceExchange {
+    using DeviceExchange::DeviceExchange;
+    std::uint64_t samples_then = 99;
+    TickInput look(int tool, const Scheduler& scheduler) override {
+      samples_then = samples(tool);
+      return DeviceExchange::look(tool, scheduler);
+    }
+  };
+  const Scenario scenario = read("paper/figure-1-spring.toml");
+  VirtualClock clock;
+  InlineExecutor executor;
+  const Scheduler scheduler(clock, executor, {});
+  SimulatedDevices devices(scenario, clock);
+  LinkSpec link;
+  link.samples = link.forces = 4;
+  Watched exchange({link}, devices.drivers());
+  for (std::uint64_t tick = 0; tick < 3; ++tick) {
+    (void)exchange.play(0, exchange.sense(0, scheduler));
+    CHECK(exchange.samples_then == tick);
+    CHECK(exchange.samples(0) == tick + 1);
+  }
 }
 
 TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {

@@ -131,10 +131,10 @@ class Exchange {
   int tool_count() const { return static_cast<int>(links_.size()); }
 
   // Device lane.
-  /// Reads the device and makes its sample visible to the simulation lane.
+  /// Reads the device, looks which forces are there, and then makes the sample visible to the simulation lane.
   DeviceSample sense(int tool, const Scheduler& scheduler);
-  /// The force to play now for a hand at the position of `sample`.
-  Played play(int tool, const DeviceSample& sample, const Scheduler& scheduler);
+  /// The force to play for a hand at the position of `sample`, from the forces that were there at the last sense().
+  Played play(int tool, const DeviceSample& sample);
   /// Asks the device to render these springs, which must have passed the guard. Returns the springs that it does render.
   virtual DeviceSpring render(int tool, const DeviceSpring& wanted) = 0;
 
@@ -180,6 +180,7 @@ class Exchange {
     std::uint64_t next_due = 0;  // the first force that was not due at the ticks so far
     std::int64_t repeated_samples = 0;
     std::array<std::optional<DeviceSample>, 2> sensed;  // the last two, the newest first
+    TickInput looked;                                   // what the last sense() found
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
