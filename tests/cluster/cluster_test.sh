@@ -102,17 +102,27 @@ cd "$work/run" || exit 1
 
 finished_lines() { cat parts/*.jsonl parts/*.partial 2>/dev/null | wc -l; }
 
-# strike PATTERN... : after a random time, kills one of the processes with such names; false if there is none by then
+# strike PATTERN : waits for a process with such a name, and after a random time kills one of those that are there then, or
+# the next one that comes; false if the run ends before. Without the first wait nearly every blow fell before a shard had
+# begun, because an engine needs longer to begin than a short shard needs altogether.
 strike() {
-  local pattern=${1} victims before
+  local pattern=$1 victims before
+  find_victims || return 1
   sleep "$((RANDOM * span_ms / 32768))e-3"
-  mapfile -t victims < <(ours "$pattern")
-  ((${#victims[@]})) || return 1
+  find_victims || return 1
   before=$(finished_lines)
   kill -KILL "${victims[RANDOM % ${#victims[@]}]}" 2>/dev/null || return 1
   ((before >= lines_before)) || fail "$lines_before lines were finished, now $before are"
   lines_before=$before
   hits=$((hits + 1)) by[$pattern]=$((${by[$pattern]:-0} + 1))
+}
+# find_victims : sets `victims` to the processes named `pattern`; false if the run, its `shell` or ten seconds end before
+find_victims() {
+  local end=$((SECONDS + 10))
+  until mapfile -t victims < <(ours "$pattern"); ((${#victims[@]})); do
+    [[ ! -e $kind.jsonl ]] && kill -0 "${shell:-$$}" 2>/dev/null && ((SECONDS < end)) || return 1
+    sleep 0.02
+  done
 }
 
 # judge : the run is complete
@@ -398,11 +408,7 @@ engine_slurm() {
     fresh
     "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
     name=${names[hits % ${#names[@]}]}
-    if [[ $name == evenstep ]]; then   # Slurm takes a second or more to begin
-      for _ in {1..50}; do [[ $(ours evenstep) ]] && break; sleep 0.1; done
-    else
-      sleep 0.2
-    fi
+    [[ $name == evenstep ]] || sleep 0.2   # the daemons are there from the start
     strike "$name" && [[ $name == slurm* ]] && down_since=$SECONDS
     if [[ $engine == slurm_both ]]; then
       sleep "0.$((RANDOM % 10))"

@@ -470,6 +470,11 @@ case_the_check_counts_what_failed() {
   call c/.ci/run
   expect_status 1
   [[ $(tail -1 out) == '9 passed, 9 failed' ]] || fail "not 4 tests, 5 runs and the summaries"
+  [[ $(sed -n '/^== what failed/,/^$/p' out) == "== what failed
+tests: release: 1
+  clock: breakable (Failed)
+scenarios: all: 1
+scenarios: catalogue: 1"* ]] || fail "not what failed"
 }
 case_the_check_leaves_out_scenarios_that_are_long() {
   clone c
@@ -483,23 +488,6 @@ case_the_check_leaves_out_scenarios_that_are_long() {
   # All of recorded/ is left out, so the check passes the folder itself to the program, which says that nothing is left.
   grep -qF '[scenarios/sources][scenarios/recorded]' out || fail "not the folder"
   ! grep -qE 'minutes.toml|hours.toml' out || fail "a long scenario was run"
-}
-case_a_leak_checker_that_crashes_is_asked_once_more() {
-  clone c
-  cat >>c/CMakeLists.txt <<'END'
-if(EVENSTEP_BUILD_TESTS)
-  file(WRITE ${CMAKE_BINARY_DIR}/crash.sh "[[ $PWD != */asan-ubsan || -e crashed ]] || { touch crashed
-echo '==1==LeakSanitizer has encountered a fatal error.'; exit 1; }")
-  add_test(NAME "clock: crash of the checker" COMMAND bash crash.sh)
-endif()
-END
-  call c/.ci/run
-  expect_status 0
-  [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not one more test in each of three builds: $(tail -1 out)"
-  rm c/build/asan-ubsan/crashed
-  touch c/broken
-  call c/.ci/run
-  expect_status 1
 }
 case_the_check_says_why_its_own_packages_could_not_be_installed() {
   clone c
