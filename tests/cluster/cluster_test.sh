@@ -136,6 +136,7 @@ judge() {
     [[ $kind != study ]] || [[ -s again/study.json && -s $kind/study.json ]] || fail "the merge has no results"
   fi
   runs=$((runs + 1))
+  ((runs < 20 * (kills + 1))) || fail "only $hits of $kills blows have hit anything in $runs runs"
 }
 declare -A by=()
 hits=0 runs=0 again=0 lost=0 lines_before=0
@@ -158,7 +159,7 @@ struck() {
     ((hits < kills)) && kill -0 "$shell" 2>/dev/null && strike "${names[hits % ${#names[@]}]}"
   done
   until wait "$shell"; (($? <= 1)); do
-    ((++tries < 100)) || fail "run $runs does not end"
+    ((++tries < 20)) || fail "run $runs does not end"
     again=$((again + 1))
     sleep 0.2
     "$@" >>run.log 2>&1 &
