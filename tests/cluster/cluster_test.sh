@@ -103,7 +103,7 @@ cd "$work/run" || exit 1
 finished_lines() { cat parts/*.jsonl parts/*.partial 2>/dev/null | wc -l; }
 
 # strike PATTERN : waits for a process with such a name, and after a random time kills one of those that are there then, or
-# the next one that comes; false if the run ends before. Without the first wait nearly every blow fell before a shard had
+# the next one that comes; false if the run ends before. Without the first wait nearly every try came before a shard had
 # begun, because an engine needs longer to begin than a short shard needs altogether.
 strike() {
   local pattern=$1 victims before
@@ -136,7 +136,7 @@ judge() {
     [[ $kind != study ]] || [[ -s again/study.json && -s $kind/study.json ]] || fail "the merge has no results"
   fi
   runs=$((runs + 1))
-  ((runs < 20 * (kills + 1))) || fail "only $hits of $kills blows have hit anything in $runs runs"
+  ((runs < 20 * (kills + 1))) || fail "only $hits of $kills kills have hit a process in $runs runs"
 }
 declare -A by=()
 hits=0 runs=0 again=0 lost=0 lines_before=0
