@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 
 #include "src/live_status.h"
+#include "catch.h"
 
 using namespace evenstep;
 using namespace evenstep::app;

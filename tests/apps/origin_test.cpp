@@ -2,10 +2,11 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <map>
+
+#include "catch.h"
 
 using namespace evenstep;
 namespace fs = std::filesystem;

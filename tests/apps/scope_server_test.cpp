@@ -4,12 +4,12 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <thread>
 
+#include "catch.h"
 #include "src/scope_server.h"
 
 using namespace evenstep::app;

@@ -1,7 +1,6 @@
 #include "evenstep/apps/shell.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "src/progress.h"
 
 using namespace evenstep;

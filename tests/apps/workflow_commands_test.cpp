@@ -1,7 +1,8 @@
 #include "evenstep/apps/workflow_commands.h"
 
-#include <catch2/catch.hpp>
 #include <random>
+
+#include "catch.h"
 
 using namespace evenstep;
 

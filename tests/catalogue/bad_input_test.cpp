@@ -1,11 +1,11 @@
 // Positions that no hand can have: not a number in a recorded motion, the ends of a report's range, and positions that no
 // report can carry.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <mutex>
 
+#include "catch.h"
 #include "evenstep/harness/run.h"
 #include "support.h"
 

@@ -1,6 +1,5 @@
 // A case that is stopped: every form of the result says what was not run.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/catalogue/run_trial.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/run_folder.h"

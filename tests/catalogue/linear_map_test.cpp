@@ -1,9 +1,9 @@
 // The closed forms of the cases, compared step by step with the recurrences that they stand for.
 #include "evenstep/catalogue/linear_map.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "chain.h"
 
 using namespace evenstep;

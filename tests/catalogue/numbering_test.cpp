@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <set>
 
+#include "catch.h"
 #include "evenstep/catalogue/run_trial.h"
 #include "evenstep/sim/stability.h"
 

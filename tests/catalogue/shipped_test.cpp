@@ -1,8 +1,8 @@
 // The catalogue as it is shipped.
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
 
+#include "catch.h"
 #include "evenstep/catalogue/trial.h"
 #include "evenstep/format/fields.h"
 #include "evenstep/harness/run.h"

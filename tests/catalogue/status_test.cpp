@@ -1,8 +1,8 @@
 // What a cell says about a run: failures that are made on purpose, and what must not count as a failure.
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "blocks.h"
+#include "catch.h"
 #include "degenerate.h"
 #include "evenstep/catalogue/run_trial.h"
 #include "evenstep/harness/run.h"

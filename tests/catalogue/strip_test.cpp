@@ -1,7 +1,7 @@
 // The decade strip: the table, the picture and the CSV contain everything that happened.
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/reports/case_record.h"
 
 using namespace evenstep;

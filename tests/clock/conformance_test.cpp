@@ -2,13 +2,13 @@
 // shows as a test that does not end. No upper bound on wall-clock time is asserted anywhere.
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <memory>
 #include <thread>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/time/digest.h"

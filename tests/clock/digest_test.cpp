@@ -1,6 +1,6 @@
 #include "evenstep/time/digest.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace evenstep;
 

@@ -1,6 +1,5 @@
 // A virtual clock that is given 10^7 exact instants is exactly at each of them, because it adds nothing up itself.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 
 using namespace evenstep;

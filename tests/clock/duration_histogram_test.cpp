@@ -1,10 +1,11 @@
 #include "evenstep/time/duration_histogram.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 #include <vector>
+
+#include "catch.h"
 
 using namespace evenstep;
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
+#include "catch.h"
 #include "evenstep/time/digest.h"
 
 // The same source, built with other levels of optimization (CMakeLists.txt).

@@ -1,8 +1,9 @@
 #include "evenstep/time/result.h"
 
-#include <catch2/catch.hpp>
 #include <memory>
 #include <vector>
+
+#include "catch.h"
 
 using namespace evenstep;
 

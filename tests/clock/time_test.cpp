@@ -1,8 +1,8 @@
 #include "evenstep/time/time.h"
 
-#include <catch2/catch.hpp>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/time/digest.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 #include "evenstep/clock/virtual_clock.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/time/digest.h"
 
 using namespace evenstep;

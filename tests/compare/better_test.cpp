@@ -1,9 +1,9 @@
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <set>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 
 using namespace evenstep;

@@ -1,11 +1,10 @@
 #include "evenstep/campaigns/compare.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/campaigns/threshold.h"
 
 using namespace evenstep;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using Change = ComparedFigure::Change;
 using Verdict = ExpectationResult::Verdict;
 

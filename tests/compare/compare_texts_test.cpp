@@ -1,13 +1,13 @@
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "catch.h"
 #include "evenstep/pages/comparison_page.h"
 #include "evenstep/pages/index_page.h"
 #include "evenstep/reports/comparison_record.h"
 #include "evenstep/reports/plain_text.h"
 
 using namespace evenstep;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using Change = ComparedFigure::Change;
 
 namespace {

@@ -2,17 +2,17 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/reports/writers.h"
 #include "samples.h"
 
 using namespace evenstep;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace {

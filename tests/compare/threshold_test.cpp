@@ -1,10 +1,10 @@
 #include "evenstep/campaigns/threshold.h"
 #include "cases.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace evenstep;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace {
 

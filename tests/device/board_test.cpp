@@ -1,8 +1,8 @@
 // The driver on boards whose firmware reads the standard in its own way. The tests assert what the motors do.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/device/hid/pid_axes.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "pid_bench.h"

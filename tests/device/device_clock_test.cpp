@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +5,7 @@
 #include <optional>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/device/device_clock.h"
 #include "units.h"
 

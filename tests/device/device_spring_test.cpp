@@ -1,9 +1,9 @@
 #include "evenstep/device/device_spring.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
+#include "catch.h"
 #include "pid_bench.h"
 
 using namespace evenstep;

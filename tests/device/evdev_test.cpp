@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <vector>
 
+#include "catch.h"
 #include "evdev_bench.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/evdev/evdev_driver.h"

@@ -1,11 +1,11 @@
 // When the positions of an event device were taken, for events whose times can be believed and for others.
 
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <limits>
 #include <memory>
 #include <vector>
 
+#include "catch.h"
 #include "evdev_bench.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"

@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/device/force_guard.h"
 #include "units.h"
 #include "vectors.h"

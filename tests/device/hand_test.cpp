@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/hand.h"
 #include "evenstep/device/hid/reference_driver.h"

@@ -1,9 +1,9 @@
 // The messages of a Haply Inverse Service, and the driver on a simulated service.
 
-#include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/inverse3/inverse3_driver.h"
 #include "evenstep/device/inverse3/simulated_inverse3.h"

@@ -1,13 +1,13 @@
 // Uploads by their own thread, and a device that is unplugged and comes back. The node is scripted and the thread is real.
 // The driver's times are made up.
 
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <thread>
 
+#include "catch.h"
 #include "evdev_bench.h"
 #include "evenstep/device/evdev/live_evdev.h"
 #include "evenstep/device/force_guard.h"

@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/motion.h"
 #include "units.h"

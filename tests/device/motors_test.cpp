@@ -1,7 +1,7 @@
 // What the motors of simulated devices did, compared with what must follow from what was written to them and when.
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "pid_bench.h"

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 #include <utility>
 
+#include "catch.h"
 #include "pid_bench.h"
 
 using namespace evenstep;

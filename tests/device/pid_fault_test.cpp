@@ -1,11 +1,11 @@
 // What can go wrong between a device and its driver: for the reference device and for both flavours of PID devices.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
 #include <map>
 #include <random>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "pid_bench.h"

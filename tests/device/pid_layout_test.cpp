@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <map>
 #include <string>
 
+#include "catch.h"
 #include "evenstep/device/hid/pid_descriptors.h"
 
 using namespace evenstep;

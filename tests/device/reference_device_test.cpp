@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <cmath>
@@ -7,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "units.h"
 

@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <deque>
@@ -6,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"
 

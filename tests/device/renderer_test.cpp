@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <bit>
@@ -7,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/device/renderer.h"
 #include "evenstep/device/stiffness_laws.h"
 #include "units.h"

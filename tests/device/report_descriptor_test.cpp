@@ -1,12 +1,12 @@
 #include "evenstep/device/hid/report_descriptor.h"
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <random>
 #include <string>
 #include <tuple>
 
 #include "cases.h"
+#include "catch.h"
 #include "descriptor_items.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "units.h"

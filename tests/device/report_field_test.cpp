@@ -1,9 +1,9 @@
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "units.h"
 

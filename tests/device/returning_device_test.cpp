@@ -2,12 +2,12 @@
 // clock.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <random>
 
+#include "catch.h"
 #include "evdev_bench.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/evdev/simulated_evdev.h"

@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <deque>
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"

@@ -1,7 +1,7 @@
 // How long the motors keep a force that nobody wants any more, whatever happens to the reports that should change it.
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_transport.h"

@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/device/stiffness_laws.h"
 
 using namespace evenstep;

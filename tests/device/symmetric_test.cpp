@@ -1,6 +1,4 @@
 // Axes of symmetric matrices, and contacts made softer along them.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <random>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/device/renderer.h"
 #include "units.h"
 #include "vectors.h"

@@ -1,8 +1,7 @@
 // The off-screen renderer. The tests check only facts about pixels that hold for every rasteriser.
 #include "evenstep/draw/canvas.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "drawn_scenes.h"
 
 using namespace evenstep;

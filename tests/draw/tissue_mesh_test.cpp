@@ -1,9 +1,9 @@
 // What is drawn of a tissue, without OpenGL.
 #include "evenstep/draw/tissue_mesh.h"
 
-#include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
+#include "catch.h"
 #include "drawn_scenes.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 #include "evenstep/draw/tissue_svg.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "drawn_scenes.h"
 
 using namespace evenstep;

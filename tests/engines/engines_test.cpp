@@ -2,7 +2,7 @@
 // instability.
 #include "engines.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace engines;
 using evenstep::ForeignSolver;

@@ -1,9 +1,9 @@
 // The driver on the real transport, whose writes end in every way that the system may end them.
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
 
 #include "../device/pid_bench.h"
+#include "catch.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "fake_hidapi.h"

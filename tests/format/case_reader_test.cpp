@@ -1,6 +1,5 @@
 // [case] in a file: what is read, what is refused, and with which words.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "support.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 #include "checked.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "support.h"
 
 namespace evenstep::test {

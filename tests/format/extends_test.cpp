@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

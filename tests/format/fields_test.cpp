@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <iostream>
 #include <set>
 #include <sstream>
 
+#include "catch.h"
 #include "check.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/reports/json.h"

@@ -1,6 +1,5 @@
 // Scenario files that are missing, too large or wrong, and the files that a scenario names.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"

@@ -1,10 +1,10 @@
 // Parts that the program registers are read and kept. They are refused where they are not registered.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

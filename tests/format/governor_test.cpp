@@ -1,6 +1,5 @@
 // [timing] governor, which shortens the pauses.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

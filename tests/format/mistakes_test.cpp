@@ -1,5 +1,5 @@
-#include <catch2/catch.hpp>
 
+#include "catch.h"
 #include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"

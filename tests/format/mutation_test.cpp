@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "support.h"

@@ -1,6 +1,5 @@
 // What a [timing] table or a recording says: nominal times, step sizes, and the length of a run.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"

@@ -1,8 +1,7 @@
 // How run times vary: what a file says is read, nominal times are means, and what makes no sense is refused.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

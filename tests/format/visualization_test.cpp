@@ -1,6 +1,5 @@
 // [timing] visualization: a pause, a drawing, or a device kept busy.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

@@ -2,9 +2,9 @@
 
 #include "evenstep/harness/live_view.h"
 
-#include <catch2/catch.hpp>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/harness/direct_shadow.h"
 #include "evenstep/harness/live_figures.h"
 #include "scenarios.h"

@@ -1,10 +1,10 @@
 #pragma once
 // Scenarios for tests: shipped files or small ones written here, never copies of shipped ones.
 
-#include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/run.h"
 

@@ -1,8 +1,8 @@
 // A live run through the connection to a Haply Inverse Service.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/run.h"
 #include "service.h"

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <functional>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/inverse3/inverse3_driver.h"

@@ -2,11 +2,11 @@
 // Runs of the paper's figure 1 on a spring, with parts that the program adds.
 
 #include <fmt/format.h>
-#include <catch2/catch.hpp>
 
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/harness/run.h"
 #include "parts.h"
 

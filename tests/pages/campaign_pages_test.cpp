@@ -1,11 +1,11 @@
-#include <catch2/catch.hpp>
 
 #include "evenstep/pages/campaign_pages.h"
+#include "catch.h"
 
 namespace evenstep {
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("the page of a sweep has a row per value, and the worst points with their commands") {
   SweepHeader header;

@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 
 #include "evenstep/pages/html.h"
+#include "catch.h"
 
 namespace evenstep {
 namespace {

@@ -1,11 +1,11 @@
-#include <catch2/catch.hpp>
 
 #include "evenstep/pages/page.h"
+#include "catch.h"
 
 namespace evenstep {
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 std::string page_with(const std::string& name, const std::string& charts = "") {
   Page page{name,  "run", "pass", element("p", name), "evenstep run " + name, {{"facts", "Facts", facts({{name, name}})}},

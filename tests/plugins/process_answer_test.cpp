@@ -1,7 +1,6 @@
 // The bytes of docs/process-protocol.md.
-#include <catch2/catch.hpp>
-
 #include "src/process_answer.h"
+#include "catch.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;

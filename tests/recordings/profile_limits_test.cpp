@@ -1,9 +1,9 @@
 // The limits of a file that is not trusted: what is just within a limit is read, one more is refused.
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 
+#include "catch.h"
 #include "evenstep/recordings/roles.h"
 #include "src/profiles/bytes.h"
 #include "src/profiles/profile_builder.h"

@@ -1,8 +1,8 @@
 #include "evenstep/recordings/profile.h"
 
-#include <catch2/catch.hpp>
 #include <fstream>
 
+#include "catch.h"
 #include "real_files.h"
 #include "src/profiles/decimal_time.h"
 #include "support.h"

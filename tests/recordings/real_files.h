@@ -2,11 +2,12 @@
 /// Recordings of other projects, which evenstep may not ship. They are in the folder that EVENSTEP_RECORDINGS names, or in
 /// shared/recordings beside the repository.
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "catch.h"
 
 namespace evenstep::test {
 

@@ -1,6 +1,5 @@
 // Real files from profilers of others.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -8,6 +7,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "catch.h"
 #include "evenstep/recordings/recording.h"
 #include "real_files.h"
 

@@ -1,7 +1,6 @@
 #include "evenstep/recordings/roles.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/recordings/timing_csv.h"
 
 using namespace evenstep;

@@ -1,9 +1,9 @@
 #include "evenstep/recordings/timing_csv.h"
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/recordings/recording.h"
 #include "evenstep/text/csv_rows.h"
 #include "support.h"

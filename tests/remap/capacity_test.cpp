@@ -1,9 +1,8 @@
 // Ring capacities, checked by a replay through the rings themselves.
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 
+#include "catch.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "schedules.h"
 

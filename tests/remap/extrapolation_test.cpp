@@ -1,7 +1,6 @@
 #include "evenstep/remap/extrapolation.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "schedules.h"

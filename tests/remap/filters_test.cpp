@@ -1,13 +1,13 @@
 #include "evenstep/remap/filters.h"
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstring>
 #include <glm/vec3.hpp>
 #include <limits>
+
+#include "catch.h"
 
 using namespace evenstep;
 

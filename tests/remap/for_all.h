@@ -2,11 +2,10 @@
 /// Checks properties over many random schedules. A property returns what is wrong, or nullptr. The first failure is shrunk
 /// to the fewest segments that still fail, and printed with its seed.
 
-#include <catch2/catch.hpp>
-
 #include <sstream>
 
 #include "cases.h"
+#include "catch.h"
 #include "schedules.h"
 
 namespace evenstep::testing {

@@ -1,6 +1,6 @@
 #include "evenstep/remap/force_schedule.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace evenstep;
 

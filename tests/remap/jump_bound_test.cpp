@@ -1,8 +1,7 @@
 // The least latency at a velocity jump, against a linear program that shares nothing with it.
 #include "evenstep/remap/jump_bound.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "schedules.h"
 

@@ -1,9 +1,8 @@
 // The budget, compared with a replay that knows nothing of its formulas: it lists all ticks and searches them.
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 
+#include "catch.h"
 #include "schedules.h"
 
 using namespace evenstep;

@@ -1,6 +1,5 @@
 // The bounds of every trace, compared with brute force at the bound and 1 ns below it.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/step_windows.h"
 #include "schedules.h"

@@ -1,6 +1,5 @@
 // The maps of others that are offered for comparison. Each is checked against a second way to compute the same formula.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/remap/delay_locked_map.h"
 #include "evenstep/remap/regression_map.h"
 #include "schedules.h"

@@ -1,7 +1,6 @@
 // A sudden change of V, of N or of the run time of steps, and what must not be mistaken for one.
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "schedules.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 #include "evenstep/remap/paper_map.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "schedules.h"
 
 using namespace evenstep;

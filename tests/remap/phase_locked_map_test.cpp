@@ -1,9 +1,9 @@
 #include "evenstep/remap/phase_locked_map.h"
 
-#include <catch2/catch.hpp>
 #include <thread>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "schedules.h"
 

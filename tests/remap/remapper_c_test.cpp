@@ -2,12 +2,11 @@
 
 #include <evenstep_remap.h>
 
-#include <catch2/catch.hpp>
-
 #include <cstddef>
 #include <limits>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/remap/remapper.h"
 #include "remap_c_calls.h"
 #include "schedules.h"

@@ -2,11 +2,10 @@
 
 #include "evenstep/remap/remapper.h"
 
-#include <catch2/catch.hpp>
-
 #include <cstdlib>
 #include <new>
 
+#include "catch.h"
 #include "evenstep/time/chrono.h"
 #include "schedules.h"
 

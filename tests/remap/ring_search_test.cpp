@@ -1,10 +1,10 @@
 // What a read finds in a ring, compared with a walk over a list of everything that was pushed: back from the newest entry,
 // one entry at a time.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <thread>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "for_all.h"

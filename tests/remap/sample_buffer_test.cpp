@@ -1,6 +1,6 @@
 #include "evenstep/remap/sample_buffer.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace evenstep;
 

@@ -1,6 +1,4 @@
 // What a device plays when samples come from elsewhere. Each comparator is checked against the law that it follows.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -8,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/remap/chunk_player.h"
 #include "evenstep/remap/resampler.h"
 #include "evenstep/remap/source_maps.h"

@@ -1,8 +1,7 @@
 // A cycle that exists is found as it is, and none is found where there is none.
 #include "evenstep/remap/step_cycle.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "schedules.h"
 
 using namespace evenstep;

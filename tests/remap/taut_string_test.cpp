@@ -1,7 +1,6 @@
 #include "evenstep/remap/buffer_oracle.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "schedules.h"
 
 using namespace evenstep;

@@ -1,9 +1,8 @@
 #include "evenstep/remap/timed_ring.h"
 
-#include <catch2/catch.hpp>
-
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "evenstep/time/digest.h"

@@ -3,13 +3,13 @@
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/harness/input_log.h"
 #include "src/input_log_codec.h"
 

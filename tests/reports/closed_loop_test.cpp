@@ -1,11 +1,10 @@
 // The signal closed_loop.<device>.<strategy>: energy at the device's port, rendered damping, oscillation.
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 
 using namespace evenstep;

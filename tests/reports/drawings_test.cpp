@@ -1,8 +1,7 @@
 // What a governor of visualizations costs: the drawings and the pace of records that are written by hand.
-#include <catch2/catch.hpp>
-
 #include <optional>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 
 using namespace evenstep;

@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "catch.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/time/digest.h"
 

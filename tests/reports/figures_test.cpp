@@ -1,8 +1,8 @@
 #include "evenstep/reports/figures.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "samples.h"
 #include "src/svg.h"
 

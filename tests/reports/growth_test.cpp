@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <random>
+
+#include "catch.h"
 
 using namespace evenstep;
 

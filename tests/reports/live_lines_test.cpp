@@ -1,7 +1,6 @@
 // What a run on the wall clock says about itself.
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/reports/writers.h"
 #include "synthetic.h"
 

@@ -1,7 +1,7 @@
 // Ten minutes and more: what is measured at the end is as exact as at the start.
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
 

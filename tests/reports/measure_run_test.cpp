@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
 

@@ -1,10 +1,10 @@
 #include "evenstep/reports/measures.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "catch.h"
 #include "src/line_fit.h"
 #include "src/vec3.h"
 

@@ -3,10 +3,10 @@
 #include "evenstep/reports/places.h"
 #include "cases.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
 

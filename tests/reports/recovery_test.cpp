@@ -1,11 +1,11 @@
 #include "evenstep/reports/recovery.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
 

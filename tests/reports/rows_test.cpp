@@ -3,12 +3,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"

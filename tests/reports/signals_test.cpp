@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <sstream>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
 

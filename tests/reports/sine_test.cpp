@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "src/sine_fit.h"
 #include "synthetic.h"

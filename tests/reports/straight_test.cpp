@@ -1,9 +1,9 @@
 // Straightness is judged on the straight pieces of a motion that turns, and saturation is found where it was.
 
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/saturation.h"
 #include "synthetic.h"

@@ -2,11 +2,11 @@
 #include "cases.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <random>
 
+#include "catch.h"
 #include "evenstep/reports/json.h"
 
 using namespace evenstep;

@@ -1,8 +1,8 @@
 // The force that was sent, compared with the force without delay, on ticks that are made up here.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
+#include "catch.h"
 #include "evenstep/reports/measures.h"
 
 using namespace evenstep;

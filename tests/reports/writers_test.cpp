@@ -1,9 +1,9 @@
 #include "evenstep/reports/writers.h"
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <sstream>
 
+#include "catch.h"
 #include "samples.h"
 #include "src/text.h"
 

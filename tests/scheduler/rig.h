@@ -1,13 +1,13 @@
 #pragma once
 /// What most tests of the scheduler need: a scheduler with its own clock, reproducible draws, and simple lanes.
 
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/time/digest.h"

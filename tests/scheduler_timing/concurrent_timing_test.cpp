@@ -1,7 +1,7 @@
 // A visualization in its own lane, beside the steps.
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "timing_checks.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 // 10^7 steps of the periodic schedule end at the exact rational instants. The expected instants are counted up in whole
 // numbers with a carried remainder, unlike the divisions of tick_time and of the schedule.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/scheduler/step_timing.h"
 
 using namespace evenstep;

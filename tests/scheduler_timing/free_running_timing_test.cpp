@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "timing_checks.h"
 
 using namespace evenstep;

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 
 using namespace evenstep;

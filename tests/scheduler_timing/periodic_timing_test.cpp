@@ -2,9 +2,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cstdio>
 
+#include "catch.h"
 #include "timing_checks.h"
 
 using namespace evenstep;

@@ -5,10 +5,10 @@
 #include "evenstep/scheduler/random.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/scheduler/philox.h"
 #include "evenstep/time/digest.h"
 

@@ -1,11 +1,10 @@
 // A source: its clock, the paths of its results, and the three policies of waking up.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 #include "evenstep/scheduler/source_timing.h"
 

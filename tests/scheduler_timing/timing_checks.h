@@ -2,10 +2,10 @@
 /// The rules for every schedule of segments (SegmentTiming in step_timing.h), and small tools for the timing tests.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/time/digest.h"
 

@@ -1,10 +1,10 @@
 // A fit finds the model of a known schedule again, part by part, and finds nothing that is not in it.
 #include "evenstep/scheduler/timing_fit.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 #include "fit_statistics.h"
 #include "timing_checks.h"

@@ -1,9 +1,9 @@
 // What each model draws, compared with its distribution; and that no model shifts the draws of another. Tolerances are 5
 // standard errors: if the seed were drawn anew, each number would give one false alarm in 2 million.
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 #include "timing_checks.h"
 

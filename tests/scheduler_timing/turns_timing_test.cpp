@@ -1,6 +1,5 @@
 // Schedules that can be worked out by hand: visualization and steps take turns, one model at a time.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "timing_checks.h"
 
 using namespace evenstep;

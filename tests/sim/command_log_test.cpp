@@ -1,5 +1,5 @@
-#include <catch2/catch.hpp>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

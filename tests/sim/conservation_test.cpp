@@ -1,6 +1,5 @@
 // What springs between particles cannot change, checked on the particles of the reference solver.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "cpu/cell_loops.h"
 #include "tissue_scenes.h"
 

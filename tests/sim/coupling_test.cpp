@@ -1,8 +1,7 @@
 // The stiffness of tools in three dimensions, and how the tissue couples two of them.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 
+#include "catch.h"
 #include "feature_scenes.h"
 
 using namespace evenstep;

@@ -1,6 +1,5 @@
 // Drag is a force with the same coefficient in N s/m on every particle, whatever its mass.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

@@ -1,6 +1,5 @@
 // ctest runs these tests with an environment that lacks something.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

@@ -1,6 +1,5 @@
 // cpu float and OpenCL agree bit for bit. The tests run again on every PoCL driver and number of threads (CMakeLists.txt).
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

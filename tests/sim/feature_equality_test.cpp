@@ -1,6 +1,5 @@
 // Whatever a scene has, cpu float and OpenCL agree bit for bit, and so does a solver with everything compiled in.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "cpu/cpu_solvers.h"
 #include "feature_scenes.h"
 #include "opencl/opencl_solver.h"

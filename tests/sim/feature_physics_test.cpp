@@ -1,8 +1,7 @@
 // What a scene can have besides springs, compared with closed forms.
-#include <catch2/catch.hpp>
-
 #include <glm/vector_relational.hpp>
 
+#include "catch.h"
 #include "feature_scenes.h"
 
 using namespace evenstep;

@@ -1,7 +1,6 @@
 // The bounds of stability.h on scenes with several materials, couplings and dampers, compared with eigenvalues that power
 // iteration finds on the graph itself.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/sim/stability.h"
 #include "tissue_scenes.h"
 

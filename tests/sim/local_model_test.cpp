@@ -1,6 +1,5 @@
 // Solver::contacts, compared with differences of forces.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "feature_scenes.h"
 
 using namespace evenstep;

@@ -1,8 +1,8 @@
 // The methods other than symplectic Euler, compared with what they must compute in closed form.
-#include <catch2/catch.hpp>
 #include <functional>
 #include <numbers>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

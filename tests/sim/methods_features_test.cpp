@@ -1,7 +1,7 @@
 // The methods beyond symplectic Euler and velocity Verlet honour everything that a scene can have.
-#include <catch2/catch.hpp>
 #include <thread>
 
+#include "catch.h"
 #include "feature_scenes.h"
 
 using namespace evenstep;

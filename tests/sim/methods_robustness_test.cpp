@@ -1,7 +1,7 @@
 // Implicit methods at any stiffness, bad starts, and the step limit of RK4.
-#include <catch2/catch.hpp>
 #include <complex>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

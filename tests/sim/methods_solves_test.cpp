@@ -1,7 +1,6 @@
 // What the iterations of the implicit methods converge to, found here by elimination, and how they behave before they have
 // converged.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "src/colours.h"
 #include "tissue_scenes.h"
 

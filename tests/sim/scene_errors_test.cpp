@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 #include <functional>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

@@ -1,8 +1,8 @@
 // What every kind of solver promises.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <thread>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

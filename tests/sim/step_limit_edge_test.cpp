@@ -1,6 +1,5 @@
 // Linear scenes begin to diverge exactly at the step limit, whatever they contain.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

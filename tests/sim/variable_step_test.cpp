@@ -1,8 +1,8 @@
 // Steps of different lengths: the integrator that the paper warns of (section 4).
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
 
+#include "catch.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

@@ -1,11 +1,10 @@
 // Wall and mode, compared with their closed forms.
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "catch.h"
 #include "evenstep/sim/scene.h"
 #include "tissue_scenes.h"
 

@@ -1,10 +1,9 @@
 // The path of a source's forces between the lanes, without a loop around it.
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <vector>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 #include "source_forces.h"
 

@@ -1,8 +1,7 @@
 // Animation errors of records that are written by hand.
-#include <catch2/catch.hpp>
-
 #include <vector>
 
+#include "catch.h"
 #include "src/shown_time.h"
 
 using namespace evenstep;

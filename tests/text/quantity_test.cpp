@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/text/rational.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"

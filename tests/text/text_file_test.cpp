@@ -1,7 +1,8 @@
 #include "evenstep/text/text_file.h"
 
-#include <catch2/catch.hpp>
 #include <filesystem>
+
+#include "catch.h"
 
 using namespace evenstep::internal;
 using Catch::Contains;

@@ -4,12 +4,12 @@
 #include "evenstep/device/hid/hidapi_transport.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
 #include <numeric>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/device/hid/pid_descriptors.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/format/scenario.h"

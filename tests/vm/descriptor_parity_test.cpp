@@ -2,7 +2,6 @@
 /// valid and invalid.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "catch.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "uhid_device.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "../device/evdev_bench.h"
+#include "catch.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/device/evdev/live_evdev.h"

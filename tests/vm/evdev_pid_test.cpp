@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/device/evdev/live_evdev.h"

@@ -1,8 +1,8 @@
 /// The transport and the driver on the kernel's own HID core and hidraw.
 
 #include <array>
-#include <catch2/catch.hpp>
 
+#include "catch.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/reference_device.h"

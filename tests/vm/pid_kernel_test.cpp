@@ -2,10 +2,10 @@
 /// behind them.
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "catch.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "kernel_bench.h"

@@ -1,7 +1,7 @@
 // The table, the words, the JSON and the figure of an advice, for choices that are written here.
-#include <catch2/catch.hpp>
 #include <sstream>
 
+#include "catch.h"
 #include "evenstep/reports/advice_record.h"
 #include "evenstep/reports/json.h"
 

@@ -5,12 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "catch.h"
 #include "evenstep/campaigns/stiffness_limit.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/sizing.h"

@@ -1,10 +1,9 @@
 // The front of choices is as its definition says, and every choice that is beaten is beaten by one on the front.
 #include "evenstep/reports/pareto.h"
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 
 using namespace evenstep;

@@ -5,10 +5,10 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
+#include "catch.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"

@@ -1,8 +1,8 @@
 // The pool of needs gives the same latencies as a list of all needs, but takes memory only for the underruns that are
 // allowed.
-#include <catch2/catch.hpp>
 #include <fstream>
 
+#include "catch.h"
 #include "evenstep/scheduler/random.h"
 #include "size_rate.h"
 

@@ -6,12 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <functional>
 #include <thread>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/campaigns/catalogue_parts.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/study.h"

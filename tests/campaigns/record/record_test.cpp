@@ -1,8 +1,7 @@
 // A recording of a solver, in virtual time. The test chooses how long the steps of the solver take.
 #include "evenstep/campaigns/record_solver.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/recordings/timing_csv.h"

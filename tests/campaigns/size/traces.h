@@ -1,10 +1,9 @@
 #pragma once
 /// Recordings for the tests of this folder.
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/scheduler/random.h"
 #include "evenstep/scheduler/step_timing.h"

@@ -1,10 +1,10 @@
 #pragma once
 // Scenes small enough for many cells.
 
-#include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/campaigns/study.h"
 #include "evenstep/format/scenario.h"
 

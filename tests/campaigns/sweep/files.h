@@ -3,11 +3,12 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+
+#include "catch.h"
 
 namespace evenstep::test {
 

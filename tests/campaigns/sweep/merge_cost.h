@@ -5,12 +5,13 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <string>
+
+#include "catch.h"
 
 namespace evenstep::test {
 

@@ -1,11 +1,11 @@
 // Merges of generated points, with more parts than a process can have open, and with as many points as a sweep may have.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
 
+#include "catch.h"
 #include "evenstep/campaigns/sweep.h"
 #include "files.h"
 #include "merge_cost.h"

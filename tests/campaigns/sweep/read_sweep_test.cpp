@@ -1,8 +1,7 @@
 // How [sweep] is read, and which mistakes in it are reported.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "evenstep/campaigns/sweep.h"
 #include "files.h"
 

@@ -1,11 +1,11 @@
 // Which shard this process is: as the command line says, or as the variables of a batch system say. The values used here are
 // those that Slurm 22.05, Open MPI 4.1 and GNU parallel 20221122 set.
-#include <catch2/catch.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "catch.h"
 #include "evenstep/campaigns/sweep.h"
 
 using namespace evenstep;

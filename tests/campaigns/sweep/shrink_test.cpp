@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <set>
 
+#include "catch.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"

@@ -1,9 +1,9 @@
 // The summary of points: bounds, worst points, and the value that is found.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "evenstep/reports/sweep_record.h"
 
 using namespace evenstep;

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "cases.h"
+#include "catch.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/shrink.h"
 #include "evenstep/campaigns/sweep.h"

@@ -10,9 +10,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "catch.h"
 #include "evenstep/scheduler/parallel_for.h"
 #include "files.h"
 #include "sweep_lines.h"

@@ -1,7 +1,6 @@
 // These tests run under Oclgrind (oclgrind_test.sh), an OpenCL other than PoCL that interprets each work-item and watches
 // every access.
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "feature_scenes.h"
 
 using namespace evenstep;
