@@ -58,6 +58,8 @@ RULES = {
                     r'# *include *[<"](boost/(asio|beast)|sys/socket)'),
     "unfinished": Rule("no unfinished work", "", NOWHERE, r"\b(TODO|FIXME|XXX)\b", comments=True),
     "OpenGL": Rule("OpenGL only in draw", SOURCE, "^draw/src/", r'# *include *[<"](EGL|GLES[0-9]|GL)/'),
+    "Catch2": Rule('Catch2 only as #include "catch.h", which has what versions 2 and 3 share', SOURCE, r"^tests/catch\.h$",
+                   r'# *include *[<"]catch2/|\bCatch::Matchers::'),
 }
 
 
@@ -193,6 +195,9 @@ PROOFS = [
     ("unfinished", "// MAXXXX", [], ["sim/src/solver.cpp"]),
     ("OpenGL", "#include <GLES3/gl3.h>", ["harness/src/visualization.cpp"], []),
     ("OpenGL", "#include <EGL/egl.h>", [], ["draw/src/gl_library.h"]),
+    *(("Catch2", line, ["tests/sim/solver_test.cpp", "tests/scheduler/rig.h"], ["tests/catch.h"]) for line in [
+        "#include <catch2/catch.hpp>", "#include <catch2/catch_all.hpp>", "using Catch::Matchers::Contains;"]),
+    ("Catch2", '#include "catch.h"', [], ["tests/sim/solver_test.cpp"]),
 ]
 
 
