@@ -18,15 +18,43 @@ with_tests() {
   tests=ON
 }
 
+# A line for each package: its name, or alternatives, such as "libclang-rt-14-dev | libclang-rt-dev": the names that releases
+# of Debian have for it. The last one may be "none", where a release may be without it.
 packages_wanted() { sed -E 's/[[:space:]]*(#.*)?$//; /^$/d' "${package_lists[@]}"; }
 
+# packages_missing : the lines of which no alternative is installed
 packages_missing() {
-  local wanted
-  mapfile -t wanted < <(packages_wanted)
+  local wanted names line name
+  local -A is_installed
+  mapfile -t wanted < <(packages_wanted | sort -u)
+  read -ra names <<<"${wanted[*]//|/ }"
   # dpkg-query exits with 1 when one name is unknown to it, and prints the others all the same.
-  comm -13 \
-    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
-    <(printf '%s\n' "${wanted[@]}" | sort -u)
+  while read -r name; do is_installed[$name]=yes; done \
+    < <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${names[@]}" 2>/dev/null | sed -n 's/^installed //p')
+  for line in "${wanted[@]}"; do
+    for name in ${line//|/ }; do
+      [[ ! ${is_installed[$name]-} ]] || continue 2
+    done
+    printf '%s\n' "$line"
+  done
+}
+
+# packages_chosen LINE... : of each line the first alternative that apt has (the first of all, if it has none of them). Says
+# so where that is another one.
+packages_chosen() {
+  local line first name
+  for line in "$@"; do
+    first=${line%% *}
+    for name in ${line//|/ }; do
+      if [[ $line == "$first" || $name == none ]] || apt-cache show "$name" >/dev/null 2>&1; then break; fi
+      name=$first
+    done
+    case $name in
+      none) note "this system has no package $first: what needs it is left out" ;;
+      "$first") printf '%s\n' "$name" ;;
+      *) note "this system has no package $first: $name is installed in its place"; printf '%s\n' "$name" ;;
+    esac
+  done
 }
 
 # run_apt ARGUMENTS... : apt-get through "${as_root[@]}". It waits for the dpkg lock by itself, but not for the locks on
@@ -47,35 +75,40 @@ run_apt() {
 }
 
 install_packages() {
-  local missing as_root=() by_hand install
+  local missing chosen as_root=() install
   if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     is_configured || note "not a Debian system: nothing is installed, the build is tried with what is here. Needed, by" \
-      "their Debian names: $(packages_wanted | tr '\n' ' ')"
+      "their Debian names: $(packages_wanted | sed 's/ | /|/g' | tr '\n' ' ')"
     return 0
   fi
   mapfile -t missing < <(packages_missing)
   ((${#missing[@]})) || return 0
-  note "packages are missing and will be installed: ${missing[*]}"
+  note "packages are missing and will be installed: ${missing[*]// | /|}"
 
-  install="apt-get install -y --no-install-recommends ${missing[*]}"
-  by_hand="su -c 'apt-get update && $install'"
   if (($(id -u) != 0)); then
     if command -v sudo >/dev/null; then
-      by_hand="sudo apt-get update && sudo $install"
       as_root=(sudo)
       [[ -t 2 ]] || as_root=(sudo -n)   # nobody is there to type a password
     fi
     if ((${#as_root[@]} == 0)) || ! "${as_root[@]}" true; then
+      mapfile -t chosen < <(packages_chosen "${missing[@]}")
+      install="apt-get install -y --no-install-recommends ${chosen[*]}"
       note "installing them needs root. Run this line, then try again:"
-      printf '%s\n' "$by_hand" >&2
+      if ((${#as_root[@]})); then
+        echo "sudo apt-get update && sudo $install" >&2
+      else
+        echo "su -c 'apt-get update && $install'" >&2
+      fi
       exit 2
     fi
   fi
   [[ $lists_are_fresh ]] || run_apt update ||
     fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
   lists_are_fresh=yes
-  run_apt install -y --no-install-recommends "${missing[@]}" ||
-    fail "apt-get install failed: see its errors above. Debian 12 has all of: ${missing[*]}"
+  mapfile -t chosen < <(packages_chosen "${missing[@]}")
+  ((${#chosen[@]})) || return 0
+  run_apt install -y --no-install-recommends "${chosen[@]}" ||
+    fail "apt-get install failed: see its errors above. Debian 12 and 13 have all of: ${chosen[*]}"
 }
 
 # --- build folder -----------------------------------------------------------------------------------------------------

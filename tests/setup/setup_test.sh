@@ -41,7 +41,7 @@ system() {
   stand_in dpkg-query <<'END'
 status=0
 for name in "${@:4}"; do   # after -W -f FORMAT
-  if grep -qxF -- "$name" "$work/missing"; then status=1; else echo "installed $name"; fi
+  if [[ $name == none ]] || grep -qxF -- "$name" "$work/missing"; then status=1; else echo "installed $name"; fi
 done
 exit "$status"
 END
@@ -73,6 +73,7 @@ set -euo pipefail
 repo=$1 build=$2
 source "$repo/scripts/setup.sh"
 if [[ ${WITH_TESTS-} ]]; then with_tests; fi
+if [[ ${LIST-} ]]; then package_lists=("$LIST"); fi
 install_packages
 if [[ ${TWICE-} ]]; then with_tests; install_packages; fi
 END
@@ -94,8 +95,8 @@ case_nothing_missing_means_no_apt_and_no_sudo() {
   expect_calls ''
   [[ ! -s err ]] || fail "something was said"
 }
-# listed LIST : the packages that a list names
-listed() { sed 's/#.*//; /^ *$/d; s/ *$//' "$source_dir/scripts/$1.txt"; }
+# listed LIST : the packages that a list names, each alternative by itself
+listed() { sed 's/#.*//; s/ | /\n/g; s/ *$//; /^$/d' "$source_dir/scripts/$1.txt"; }
 asked_for() { grep -q -- "^dpkg-query .* $1\( \|$\)" calls; }
 
 case_every_listed_package_is_asked_for() {
@@ -129,7 +130,7 @@ case_each_single_missing_package_is_found() {
     repo=$source_dir
     source "$repo/scripts/setup.sh"
     with_tests
-    dpkg-query() { local name; for name in "${@:4}"; do [[ $name == "$absent" ]] || echo "installed $name"; done; }
+    dpkg-query() { local name; for name in "${@:4}"; do [[ " $absent " == *" $name "* ]] || echo "installed $name"; done; }
     mapfile -t wanted < <(packages_wanted)
     ((${#wanted[@]} >= 30)) || fail "no package lists"
     for absent in "${wanted[@]}"; do
@@ -149,6 +150,52 @@ case_the_lists_of_what_there_is_are_fetched_once() {
   TWICE=1 install
   expect_status 0
   expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libglm-dev" 'id -u' "$add valgrind")"
+}
+# alternatives KNOWN... : one package is listed with two names, and another that a release may not have. Both are missing on
+# a new system, which after apt-get update knows of these.
+alternatives() {
+  printf '%s\n' 'libold | libnew # one of the two' 'rare | none # a tool of a test' >list
+  system 0 libold libnew rare
+  printf '%s\n' "$@" >known
+  stand_in apt-cache <<<'grep -q " update$" "$work/calls" && grep -qxF -e "$2" -- "$work/known"'
+  LIST=list install
+  sed -i '/^apt-cache/d' calls
+  expect_status 0
+}
+case_of_alternatives_the_first_is_installed_that_the_release_has() {
+  alternatives libold libnew rare
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libold rare")"
+}
+case_an_alternative_that_takes_the_place_of_the_first_is_named() {
+  alternatives libnew rare
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libnew rare")"
+  expect_err 'this system has no package libold: libnew is installed in its place'
+}
+case_what_may_be_missing_from_a_release_is_left_out_and_named() {
+  alternatives libnew
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libnew")"
+  expect_err 'this system has no package rare: what needs it is left out'
+}
+case_without_any_alternative_apt_says_what_is_missing() {
+  alternatives rare
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libold rare")"
+}
+case_where_nothing_is_left_to_install_apt_installs_nothing() {
+  alternatives
+  : >calls
+  echo libnew >missing
+  echo rare >>missing
+  LIST=list install
+  expect_status 0
+  sed -i '/^apt-cache/d' calls
+  expect_calls "$(printf '%s\n' 'id -u' "$update")"
+}
+case_one_installed_alternative_is_enough() {
+  printf '%s\n' 'libold | libnew' >list
+  system 0 libold
+  LIST=list install
+  expect_status 0
+  expect_calls ''
 }
 case_without_a_terminal_sudo_is_not_let_ask() {
   sudo_here accepts
