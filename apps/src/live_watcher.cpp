@@ -51,8 +51,7 @@ void LiveWatcher::begin(LoopWatch& loop, WallEpoch epoch) {
   clock_ = std::make_unique<WallClock>(epoch, Duration{0});
   ending_ = false;
   figures_.emplace(run_);
-  feed_.reset();
-  if (server_) feed_.emplace(scenario_, run_);
+  feed_ = server_ ? std::make_unique<ScopeFeed>(scenario_, run_) : nullptr;
   thread_.emplace([this] { watch(); });
 }
 

@@ -44,7 +44,7 @@ class LiveWatcher final : public LiveView {
   std::unique_ptr<WallClock> clock_;
   std::atomic<bool> ending_{false};
   std::optional<LiveFigures> figures_;
-  std::optional<ScopeFeed> feed_;
+  std::unique_ptr<ScopeFeed> feed_;
   std::optional<LaneThread> thread_;
 };
 
