@@ -194,5 +194,5 @@ TEST_CASE("The schema is JSON of draft 4 that names every key and word once more
     CHECK_THAT(schema, Contains(any_name ? "\"additionalProperties\": {" : fmt::format("\"{}\": {{\n", field.key)));
     for (const std::string_view word : split_words(field.words)) CHECK_THAT(schema, Contains(fmt::format("\"{}\"", word)));
   }
-  CHECK_NOTHROW(Json::parse(schema));
+  CHECK(Json::accept(schema));
 }

@@ -2,6 +2,7 @@
 // Scenarios for tests: shipped files or small ones written here, never copies of shipped ones.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "catch.h"
@@ -35,7 +36,7 @@ inline double metric_of(const RunOutcome& outcome, const std::string& signal, co
   return outcome.metrics.at(signal).at(name);
 }
 
-inline const StrategyRecord& strategy(const RunRecord& run, const std::string& name) {
+inline const StrategyRecord& strategy(const RunRecord& run, std::string_view name) {
   for (const StrategyRecord& record : run.strategies) {
     if (record.name == name) return record;
   }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "catch.h"
@@ -48,7 +49,7 @@ inline evenstep::RunRecord record(const std::vector<std::string>& set, const eve
   return outcome.record;
 }
 
-inline const evenstep::StrategyRecord& strategy(const evenstep::RunRecord& run, const std::string& name) {
+inline const evenstep::StrategyRecord& strategy(const evenstep::RunRecord& run, std::string_view name) {
   for (const evenstep::StrategyRecord& one : run.strategies) {
     if (one.name == name) return one;
   }

@@ -35,7 +35,7 @@ TEST_CASE("whatever two or three bytes stand there, JSON and XML text stays vali
     for (unsigned b = 0; b < 256; ++b) {
       const std::string two{static_cast<char>(a), static_cast<char>(b)};
       REQUIRE(valid(json_text(two)));
-      REQUIRE_NOTHROW(Json::parse(json_text(two)));
+      REQUIRE(Json::accept(json_text(two)));
       REQUIRE(valid(xml_escape(two + "\x80")));
     }
   }

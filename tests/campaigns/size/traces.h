@@ -2,6 +2,7 @@
 /// Recordings for the tests of this folder.
 
 #include <cmath>
+#include <string_view>
 
 #include "catch.h"
 #include "evenstep/campaigns/size.h"
@@ -19,7 +20,7 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::
   return segments;
 }
 
-inline const SizeStrategy& strategy(const SizeRecord& record, const std::string& name) {
+inline const SizeStrategy& strategy(const SizeRecord& record, std::string_view name) {
   for (const SizeStrategy& one : record.strategies) {
     if (one.name == name) return one;
   }

@@ -123,7 +123,11 @@ int right_hand_side(double t, N_Vector y, N_Vector dy, void* block) {
 
 StudyTrace solve(Block& block, const Scenario& scenario, const StudyPlan& plan, double tolerance) {
   SUNContext context = nullptr;
+#ifdef SUN_COMM_NULL  // since SUNDIALS 7
+  REQUIRE(SUNContext_Create(SUN_COMM_NULL, &context) == 0);
+#else
   REQUIRE(SUNContext_Create(nullptr, &context) == 0);
+#endif
   N_Vector y = N_VNew_Serial(static_cast<sunindextype>(block.unknowns()), context);
   N_VConst(0, y);
   void* memory = CVodeCreate(CV_ADAMS, context);

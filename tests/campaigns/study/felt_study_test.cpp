@@ -1,6 +1,7 @@
 // The error of the felt force and its parts, where closed forms or other runs say what they must be.
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/harness/sizing.h"
@@ -49,7 +50,7 @@ Scenario block(const std::vector<std::string>& set = {}) {
   return scenario;
 }
 
-const FeltPoint& point_of(const FeltStudyRecord& study, const std::string& strategy, std::size_t nth = 0) {
+const FeltPoint& point_of(const FeltStudyRecord& study, std::string_view strategy, std::size_t nth = 0) {
   for (const FeltPoint& point : study.points) {
     if (point.strategy == strategy && nth-- == 0) return point;
   }
