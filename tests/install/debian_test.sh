@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # debian_test.sh SOURCE_DIR BUILD_DIR : makes the Debian packages of the build, and installs, uses and removes them in a new
-# Debian 12 below the temporary folder. Exit status 77 where that cannot be made: it needs root, debootstrap and a network,
-# and minutes for the download. debian_test.sh commands : prints how the packages are made, as in docs/install.md
+# Debian of this machine's release (tests/distro/new_debian.sh). debian_test.sh commands : prints how the packages are made,
+# as in docs/install.md
 set -euo pipefail
 commands=$'cmake --preset release\ncmake --build build\ncpack --config build/CPackConfig.cmake -B packages'
 if [[ $1 == commands ]]; then
@@ -9,37 +9,8 @@ if [[ $1 == commands ]]; then
   exit
 fi
 source_dir=$1 build_dir=$2
-skip() { printf 'skipped: %s\n' "$*"; exit 77; }
-fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
-quietly() { "$@" >"$work/log" 2>&1 || { tail -n 60 -- "$work/log"; fail "$*"; }; }
-
-(($(id -u) == 0)) || skip "only root can make a Debian of its own"
-command -v debootstrap >/dev/null || skip "debootstrap is not installed"
-# Where this machine gets its own packages from.
-mirror=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' 2>/dev/null |
-  sed -n 's/ bookworm main$//p' | head -1)
-[[ $mirror ]] || skip "this machine has no package source of Debian 12 (bookworm)"
-
-work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-debian-XXXXXX")
-debian=$work/debian
-clean_up() {
-  local folder
-  for folder in proc sys; do
-    if mountpoint -q "$debian/$folder"; then umount "$debian/$folder"; fi
-  done
-  rm -rf -- "$work"
-}
-trap clean_up EXIT
-cache=/var/cache/apt/archives   # packages that this machine has downloaded already
-debootstrap --variant=minbase --cache-dir="$cache" bookworm "$debian" "$mirror" >"$work/log" 2>&1 ||
-  { tail -n 5 -- "$work/log"; skip "debootstrap could not make a Debian 12: is there a network?"; }
-cp -l -- "$cache"/*.deb "$debian/var/cache/apt/archives/" 2>/dev/null || true
-cp -L /etc/resolv.conf "$debian/etc/" 2>/dev/null || true
-apt-config dump | grep -iE '^Acquire::[a-z]+::Proxy ' >"$debian/etc/apt/apt.conf.d/proxy" || true
-# PoCL looks for processors and memory there.
-mount -t proc proc "$debian/proc" && mount -t sysfs -o ro sysfs "$debian/sys" || skip "proc and sys cannot be mounted"
-environment=(env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive)
-within() { chroot "$debian" "${environment[@]}" "$@"; }
+source "$source_dir/tests/distro/new_debian.sh"
+new_debian "$(. /etc/os-release && echo "$VERSION_CODENAME")"
 
 cpack_command=$(tail -1 <<<"$commands")
 cpack_command=${cpack_command/build\//$build_dir/}

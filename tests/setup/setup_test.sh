@@ -309,7 +309,7 @@ add_test(NAME "clock: breakable" COMMAND bash -c "! cat broken" WORKING_DIRECTOR
 add_test(NAME "setup: not under sanitizers" COMMAND test ${CMAKE_BINARY_DIR} = ${CMAKE_SOURCE_DIR}/build)
 add_test(NAME slow COMMAND true)
 set_tests_properties(slow PROPERTIES LABELS long)
-foreach(label IN ITEMS million mutation newcomer)
+foreach(label IN ITEMS million mutation newcomer distro)
   add_test(NAME ${label} COMMAND true)
   set_tests_properties(${label} PROPERTIES LABELS ${label})
 endforeach()
@@ -456,7 +456,7 @@ case_tests_are_run_without_the_long_ones_unless_asked_for() {
   expect_status 0
   grep -q '100% tests passed, 0 tests failed out of 3' out || fail "not three tests"
   call env EVENSTEP_LONG=1 c/test.sh
-  grep -q '100% tests passed, 0 tests failed out of 7' out || fail "not seven tests"
+  grep -q '100% tests passed, 0 tests failed out of 8' out || fail "not eight tests"
   call c/test.sh -R short
   grep -q '100% tests passed, 0 tests failed out of 1' out || fail "arguments do not reach ctest"
 }
