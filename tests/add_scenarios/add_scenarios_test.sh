@@ -125,7 +125,7 @@ case_it_adds_nothing_where_testing_is_off() {
 }
 case_the_example_has_two_tests_and_both_pass() {
   cp -r "$source_dir/examples/ctest" example && cd example || exit 1
-  cmake -S . -B build -Devenstep_DIR="$work/package" >log 2>&1 || fail "the example cannot be configured"
+  configure || fail "the example cannot be configured"
   [ "$(tests -L '^haptics$')" = $'scenario: scenarios/renderer.toml\nscenario: scenarios/slow/jitter.toml' ] ||
     fail "$(tests)"
   [ "$(tests -LE '^long$')" = 'scenario: scenarios/renderer.toml' ] || fail "long: $(tests -LE '^long$')"

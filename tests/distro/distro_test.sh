@@ -10,16 +10,17 @@ source "$source_dir/tests/distro/new_debian.sh"
 trace_hashes() { grep -rho '"trace_hash":"[0-9a-f]*"' --include=summary.json "$1" | sort; }
 tests_of() { sed -nE 's/^ *Test +#[0-9]+: //p' | sort; }
 without_warnings() {
-  ! grep -n 'warning: ' "$debian/root/evenstep/build/build.log" "$debian/root/evenstep/build/configure.log" ||
+  ! grep -n 'warning: ' "$debian/srv/evenstep/build/build.log" "$debian/srv/evenstep/build/configure.log" ||
     fail "the build of $1 has warnings"
 }
 
 new_debian "$release"
 quietly within apt-get update
 quietly within apt-get install -y --no-install-recommends git   # who has a clone has it
-git clone -q -- "$source_dir" "$debian/root/evenstep"
+# Where tests that become another user can read it.
+git clone -q -- "$source_dir" "$debian/srv/evenstep"
 start=$SECONDS
-quietly within sh -c 'cd ~/evenstep && ./run.sh run scenarios/paper --out ~/runs'
+quietly within sh -c 'cd /srv/evenstep && ./run.sh run scenarios/paper --out ~/runs'
 without_warnings ./run.sh
 echo "./run.sh run scenarios/paper: $((SECONDS - start)) s, with packages and build"
 within sh -c '. /etc/os-release; echo "$PRETTY_NAME"; c++ --version | head -1; cmake --version | head -1
@@ -31,10 +32,10 @@ diff <(trace_hashes "$work/runs") <(trace_hashes "$debian/root/runs") || fail "o
 
 start=$SECONDS
 # shellcheck disable=SC2086   # words
-within sh -c 'cd ~/evenstep && ./test.sh "$@"' sh ${EVENSTEP_TESTS-} >"$work/log" 2>&1 ||
+within sh -c 'cd /srv/evenstep && ./test.sh "$@"' sh ${EVENSTEP_TESTS-} >"$work/log" 2>&1 ||
   { sed -n '/tests passed/,$p' "$work/log"; fail "./test.sh"; }
 without_warnings ./test.sh
 sed -n '/tests passed/,$p' "$work/log"
 echo "./test.sh: $((SECONDS - start)) s, with packages and build"
-diff <(ctest --test-dir "$build_dir" -N | tests_of) <(within ctest --test-dir /root/evenstep/build -N | tests_of) ||
+diff <(ctest --test-dir "$build_dir" -N | tests_of) <(within ctest --test-dir /srv/evenstep/build -N | tests_of) ||
   fail "ctest has other tests (> $release)"

@@ -25,13 +25,14 @@ new_debian() {
   cp -l -- "$cache"/*.deb "$debian/var/cache/apt/archives/" 2>/dev/null || true
   cp -L /etc/resolv.conf "$debian/etc/" 2>/dev/null || true
   apt-config dump | grep -iE '^Acquire::[a-z]+::Proxy ' >"$debian/etc/apt/apt.conf.d/proxy" || true
-  # PoCL looks for processors and memory there.
-  mount -t proc proc "$debian/proc" && mount -t sysfs -o ro sysfs "$debian/sys" || skip "proc and sys cannot be mounted"
+  # PoCL looks for processors and memory there, and some tests need a terminal.
+  mount -t proc proc "$debian/proc" && mount -t sysfs -o ro sysfs "$debian/sys" &&
+    mount -t devpts -o newinstance,ptmxmode=0666 devpts "$debian/dev/pts" || skip "proc, sys or devpts cannot be mounted"
 }
 
 remove_debian() {
   local folder
-  for folder in proc sys; do
+  for folder in proc sys dev/pts; do
     if mountpoint -q "$debian/$folder"; then umount "$debian/$folder"; fi
   done
   rm -rf -- "$work"
