@@ -13,9 +13,26 @@ target_compile_options(evenstep_options INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # A precompiled header that does not fit would be ignored, and take longer than none.
   target_compile_options(evenstep_options INTERFACE -Werror=invalid-pch)
+else()
+  target_compile_options(evenstep_options INTERFACE -Wno-unknown-pragmas)   # "GCC ivdep" is only for g++
 endif()
 if(EVENSTEP_SANITIZE)
   include(${CMAKE_CURRENT_LIST_DIR}/EvenstepSanitize.cmake)
+endif()
+
+# The oldest versions that evenstep has been built and tested with (Debian 12's; docs/install.md).
+set(EVENSTEP_OLDEST_fmt 9.1)
+set(EVENSTEP_OLDEST_spdlog 1.10)
+set(EVENSTEP_OLDEST_glm 0.9.9)
+set(EVENSTEP_OLDEST_tomlplusplus 3.3)
+set(EVENSTEP_OLDEST_CLI11 2.1)
+set(EVENSTEP_OLDEST_nlohmann_json 3.11)
+set(EVENSTEP_OLDEST_Boost 1.74)
+set(EVENSTEP_OLDEST_GNU 12)
+set(EVENSTEP_OLDEST_Clang 14)
+if(CMAKE_CXX_COMPILER_VERSION VERSION_LESS "${EVENSTEP_OLDEST_${CMAKE_CXX_COMPILER_ID}}")
+  message(FATAL_ERROR "evenstep needs ${CMAKE_CXX_COMPILER_ID} ${EVENSTEP_OLDEST_${CMAKE_CXX_COMPILER_ID}} or later: "
+    "${CMAKE_CXX_COMPILER} is ${CMAKE_CXX_COMPILER_VERSION}. Name another one with CXX or CMAKE_CXX_COMPILER")
 endif()
 
 # Only headers of these are used, and only in sources: a program that links an installed room does not need them.
@@ -34,7 +51,7 @@ macro(evenstep_find out)
     if(library MATCHES "^(.+)::")
       set(package ${CMAKE_MATCH_1})
       if(NOT TARGET ${library})
-        find_package(${package} REQUIRED)
+        find_package(${package} ${EVENSTEP_OLDEST_${package}} REQUIRED)
       endif()
       if(NOT package IN_LIST EVENSTEP_HEADERS_ONLY)
         list(APPEND ${out} ${package})

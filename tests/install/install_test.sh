@@ -192,6 +192,25 @@ case_components_that_are_not_there_and_tests_of_a_part_are_refused() {
   quietly cmake -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF -D EVENSTEP_INVERSE3=OFF \
     -D EVENSTEP_DRAW=OFF -D EVENSTEP_PROFILES=OFF -D EVENSTEP_SCOPE=OFF -D CMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER
 }
+case_a_compiler_or_library_that_is_too_old_is_refused_with_its_version() {
+  local package folders=() packages=(fmt spdlog glm tomlplusplus CLI11 nlohmann_json)
+  CXXFLAGS='-U__GNUC__ -D__GNUC__=11 -U__clang_major__ -D__clang_major__=11 -w' refused 'or later: ' \
+    cmake -S "$source_dir" -B build -D EVENSTEP_COMPONENTS=time
+  grep -qE 'needs (GNU 12|Clang 14) or later' log || { cat log; fail "not which version is needed"; }
+  # Packages that are empty, and all but one of them new enough.
+  for package in "${packages[@]}"; do
+    mkdir "$package"
+    touch "$package/${package}Config.cmake"
+    echo 'set(PACKAGE_VERSION_COMPATIBLE ON)' >"$package/${package}ConfigVersion.cmake"
+    folders+=(-D "${package}_DIR=$here/$package")
+  done
+  for package in "${packages[@]}"; do
+    echo 'set(PACKAGE_VERSION 0.1)' >"$package/${package}ConfigVersion.cmake"
+    refused "configuration file for package \"$package\" that is compatible with requested version" cmake -S "$source_dir" \
+      -B "build-$package" "${folders[@]}" -D CMAKE_FIND_ROOT_PATH=/nowhere -D CMAKE_FIND_ROOT_PATH_MODE_PACKAGE=ONLY
+    echo 'set(PACKAGE_VERSION_COMPATIBLE ON)' >"$package/${package}ConfigVersion.cmake"
+  done
+}
 # The commands of docs/install.md, exactly as they are there, and the project that its listings make.
 case_the_page_says_what_works() {
   source "$source_dir/tests/install/page.sh"
