@@ -150,11 +150,11 @@ glm::vec3 TissueMesh::colour_of(std::int64_t site) const {
 }
 
 void TissueMesh::add_surface() {
-  const auto [nx, ny, nz] = tissue_.lattice;
-  const auto site = [nx = nx, ny = ny](int x, int y, int z) {
+  const int nx = tissue_.lattice[0], ny = tissue_.lattice[1], nz = tissue_.lattice[2];
+  const auto site = [nx, ny](int x, int y, int z) {
     return x + static_cast<std::int64_t>(nx) * (y + static_cast<std::int64_t>(ny) * z);
   };
-  const auto is_cube = [&, nx = nx, ny = ny, nz = nz](int x, int y, int z) {
+  const auto is_cube = [&](int x, int y, int z) {
     return x >= 0 && y >= 0 && z >= 0 && x < nx - 1 && y < ny - 1 && z < nz - 1 &&
            site(x + 1, y + 1, z + 1) < tissue_.particle_count;
   };

@@ -91,8 +91,8 @@ void draw_labels(Svg& svg, const Box& box, std::vector<std::pair<Point, int>> ma
   };
   std::vector<Label> labels;
   for (const auto& [at, number] : marks) {
-    const auto near = std::find_if(labels.begin(), labels.end(), [&, at = at](const Label& label) {
-      return at.x - label.to.x < kNearX && std::abs(at.y - label.from.y) < kNearY;
+    const auto near = std::find_if(labels.begin(), labels.end(), [&, place = at](const Label& label) {
+      return place.x - label.to.x < kNearX && std::abs(place.y - label.from.y) < kNearY;
     });
     Label& label = near == labels.end() ? labels.emplace_back(Label{at, at, {}}) : *near;
     label.to = at;
