@@ -133,10 +133,10 @@ void add_strategy_notes(const RunSummary& a, const RunSummary& b, std::vector<st
       continue;
     }
     const RunSummary::Strategy& other = found->second;
-    const auto differs = [&, &name = name](const char* what, const std::string& in_a, const std::string& in_b) {
+    const auto differs = [&, &strategy = name](const char* what, const std::string& in_a, const std::string& in_b) {
       if (in_a != in_b)
-        notes.push_back(fmt::format("strategy '{}' has another {}: A '{}', B '{}'", plain_text(name), what, plain_text(in_a),
-                                    plain_text(in_b)));
+        notes.push_back(fmt::format("strategy '{}' has another {}: A '{}', B '{}'", plain_text(strategy), what,
+                                    plain_text(in_a), plain_text(in_b)));
     };
     differs("solver", one.solver, other.solver);
     differs("solver device", one.solver_device, other.solver_device);

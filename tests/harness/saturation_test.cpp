@@ -8,10 +8,9 @@
 
 using namespace evenstep;
 using namespace evenstep::test;
+using Verdict = ExpectationResult::Verdict;
 
 namespace {
-
-using Verdict = ExpectationResult::Verdict;
 
 std::string expecting(const std::string& signal, const std::string& metric, const std::string& limit) {
   return "{ signal = \"" + signal + "\", metric = \"" + metric + "\", " + limit + " }";

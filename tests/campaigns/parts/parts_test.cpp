@@ -393,7 +393,8 @@ TEST_CASE("The felt force and the stiffest scene merge from the shards of their 
       {{"paper/figure-1-spring.toml", {"study.repeats=1"}, 2}, {"closed-loop/price-study.toml", {}, 2}}));
   INFO(file);
   // Named captures: clang 14 captures no structured binding.
-  const Kind kind{"study", 0, [&file = file, &set = set](const PartOptions& part) { return study(file, set, part); }};
+  const Kind kind{"study", 0,
+                  [&scenario = file, &values = set](const PartOptions& part) { return study(scenario, values, part); }};
   const PartOutcome one = kind.run(options(folder / "one"));
   INFO(one.failure);
   REQUIRE(one.exit == ExitCode::pass);
