@@ -3,7 +3,7 @@
 #   scripts/fuzz.sh SECONDS [TARGET...]     so long for each of the targets (default: all in tests/fuzz)
 # An input that crashes, hangs, grows without bound or breaks a property is kept in found/ of the build folder, beside the
 # corpus that each run goes on from. Exit status 1 if there is one. Put it into tests/fuzz/kept with its fix.
-# Needs clang and its runtime (Debian: clang libclang-rt-14-dev).
+# Needs clang and its runtime (Debian 12: clang libclang-rt-14-dev; 13: clang libclang-rt-dev).
 set -euo pipefail
 repo=$(dirname -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")")
 source "$repo/scripts/setup.sh"
@@ -12,7 +12,7 @@ seconds=$1 targets=("${@:2}")
 if ((${#targets[@]} == 0)); then
   mapfile -t targets < <(cd -- "$repo/tests/fuzz" && printf '%s\n' *_fuzz.cpp | sed 's/_fuzz\.cpp$//')
 fi
-command -v clang++ >/dev/null || fail "clang++ is not installed (Debian: clang libclang-rt-14-dev)"
+command -v clang++ >/dev/null || fail "clang++ is not installed (Debian 12: clang libclang-rt-14-dev; 13: clang libclang-rt-dev)"
 
 set_up fuzz "${targets[@]/#/fuzz_}"
 mkdir -p -- "$build/found"
