@@ -1,7 +1,6 @@
 // The file of a reference: a first line, the key, the numbers, and a checksum over all of it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <charconv>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <type_traits>
 
 #include "evenstep/harness/version.h"
+#include "evenstep/text/text_file.h"
 #include "evenstep/time/digest.h"
 #include "felt_reference.h"
 
@@ -148,21 +148,11 @@ bool read_reference(const std::string& file, const std::string& key, FeltReferen
 }
 
 std::string write_reference(const std::string& file, const std::string& key, const FeltReference& reference) {
-  const std::string aside = fmt::format("{}.writing-{}", file, ::getpid());
   std::error_code error;
   fs::create_directories(fs::path(file).parent_path(), error);
   if (error) return error.message();
-  std::string text = std::string(kFirstLine) + key + numbers_of(reference);
-  text += checksum_line(text);
-  std::ofstream out(aside, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  if (!out) {
-    fs::remove(aside, error);
-    return "it cannot be written";
-  }
-  fs::rename(aside, file, error);
-  return error ? error.message() : "";
+  const std::string text = std::string(kFirstLine) + key + numbers_of(reference);
+  return write_text_file(file, text + checksum_line(text));
 }
 
 }  // namespace evenstep::internal

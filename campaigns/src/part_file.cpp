@@ -41,13 +41,19 @@ void make_folder_of(const std::string& file) {
   if (error) throw std::runtime_error(fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
 }
 
-/// Opens a file that no other process writes. It may have been renamed since it was opened.
-int open_alone(const std::string& path) {
+/// Opens a file that no other process writes. `remedy` is for one that another process has ended in the meantime: its lock is
+/// free then, but what was opened has its final name by now.
+int open_alone(const std::string& path, const char* remedy) {
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor < 0) fail("write", path);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  const bool alone = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  struct stat opened {
+  }, named{};
+  if (alone && ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino)
+    return descriptor;
   ::close(descriptor);
-  throw std::runtime_error(fmt::format("'{}' is being written by another process", path));
+  if (!alone) throw std::runtime_error(fmt::format("'{}' is being written by another process", path));
+  throw std::runtime_error(fmt::format("'{}' was ended by another process in the meantime; {}", path, remedy));
 }
 
 /// Makes sure that the file is on disk, and gives it its final name.
@@ -71,18 +77,11 @@ std::vector<std::string> complete_lines(const std::string& path) {
 
 PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
   make_folder_of(file_);
-  std::error_code error;
-  if (!resume && std::filesystem::exists(partial_, error)) {
-    throw std::runtime_error(
-        fmt::format("'{}' is there, from a process that did not end; --resume goes on with it, or remove it", partial_));
-  }
-  descriptor_ = open_alone(partial_);
-  struct stat opened {
-  }, named{};
-  if (::fstat(descriptor_, &opened) != 0 || ::stat(partial_.c_str(), &named) != 0 || opened.st_ino != named.st_ino) {
+  descriptor_ = open_alone(partial_, "--resume takes over its file");
+  if (!resume && ::lseek(descriptor_, 0, SEEK_END) > 0) {
     ::close(descriptor_);
     throw std::runtime_error(
-        fmt::format("'{}' was ended by another process in the meantime; --resume takes over its file", partial_));
+        fmt::format("'{}' is there, from a process that did not end; --resume goes on with it, or remove it", partial_));
   }
   kept_ = complete_lines(partial_);
   off_t whole = 0;
@@ -100,7 +99,7 @@ void PartFile::finish() { end_file(descriptor_, partial_, file_); }
 
 MergedFile::MergedFile(std::string file) : file_(std::move(file)), unfinished_(file_ + ".merging") {
   make_folder_of(file_);
-  descriptor_ = open_alone(unfinished_);
+  descriptor_ = open_alone(unfinished_, "merge again");
   if (::ftruncate(descriptor_, 0) != 0) fail("write", unfinished_);
 }
 

@@ -9,7 +9,7 @@ namespace evenstep::internal {
 
 class PartFile {
  public:
-  /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws
+  /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise it must have none. Throws
   /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file, or
   /// has completed it in the meantime.
   PartFile(std::string file, bool resume);
@@ -31,7 +31,7 @@ class PartFile {
 };
 
 /// The file of a merge: its lines go to "<file>.merging", which the next merge overwrites if this one is killed. Throws
-/// std::runtime_error with the file and the problem.
+/// std::runtime_error with the file and the problem; it is an error if another process is writing the file.
 class MergedFile {
  public:
   explicit MergedFile(std::string file);

@@ -181,6 +181,52 @@ def case_a_killed_process_leaves_the_old_report_or_the_new_one_and_the_next_run_
     assert not left_behind(place / "out"), left_behind(place / "out")
 
 
+def case_processes_that_write_to_one_place_at_once_all_end_as_if_they_were_alone(place):
+    """Into the usual folder, and into that of --out; some are killed meanwhile. One whole run is there, and nothing beside it."""
+    write(place, s=scenario())
+    draw = random.Random(1)
+    for out in ([], ["--out", "out/run"]):
+        folder = place / (out[1] if out else "runs/s")
+        arguments = [program, "run", "s.toml", *out, "--junit", "j.xml"]
+        traces = {}
+        for seed in range(4):
+            assert subprocess.run([*arguments, "--seed", str(seed)], cwd=place, capture_output=True).returncode == 0
+            traces[json.loads((folder / "summary.json").read_text())["seed"]] = (folder / "events.bin").read_bytes()
+        for round_ in range(15):
+            running = [subprocess.Popen([*arguments, "--seed", str(seed)], cwd=place, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE, text=True) for seed in range(4)]
+            victim = draw.randrange(4)
+            time.sleep(draw.uniform(0, 0.1))
+            running[victim].kill()
+            for number, process in enumerate(running):
+                err = process.communicate()[1]
+                assert process.returncode == 0 or number == victim, (round_, process.returncode, err)
+            seed = json.loads((folder / "summary.json").read_text())["seed"]
+            assert (folder / "events.bin").read_bytes() == traces[seed], "files of two runs are mixed"
+            check_junit.main(place / "j.xml")
+        assert subprocess.run(arguments, cwd=place, capture_output=True).returncode == 0
+        assert not left_behind(folder.parent) and not left_behind(place), left_behind(place)
+
+
+def case_merges_into_one_file_at_once_give_it_whole_or_say_why_not(place):
+    write(place, s=scenario("s") + SWEEP.format(find=""))
+
+    def call(*arguments):
+        return subprocess.Popen([program, *arguments], cwd=place, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    for shard in ("1/2", "2/2"):
+        assert call("sweep", "s.toml", "--shard", shard, "--out", "parts").wait() <= 1
+    merge = ["merge", "parts/sweep-1-of-2.jsonl", "parts/sweep-2-of-2.jsonl", "--out", "merged.jsonl"]
+    assert call(*merge).wait() == 1
+    whole = (place / "merged.jsonl").read_bytes()
+    for _ in range(15):
+        for process in [call(*merge) for _ in range(4)]:
+            err = process.communicate()[1]
+            assert process.returncode == 1 or (process.returncode == 3 and "another process" in err), err
+            assert (place / "merged.jsonl").read_bytes() == whole
+    assert not [path.name for path in place.iterdir() if path.name.endswith(".merging")] and not left_behind(place)
+
+
 def case_a_full_disk_leaves_the_old_report_whole_and_says_so(place):
     write(place, s=scenario(duration="4 s"))
     arguments = [place / "s.toml", "--out", place / "out/run", "--junit", place / "out/j.xml"]

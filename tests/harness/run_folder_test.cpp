@@ -3,11 +3,17 @@
 #include "evenstep/harness/run_folder.h"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <thread>
 
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/sizing.h"
@@ -30,6 +36,31 @@ std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
   return names;
+}
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// A process that writes the folder so many times, and exits with 0 if it could each time.
+pid_t writer_of(const std::string& folder, int times) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  for (int i = 0; i < times; ++i) {
+    const std::string text = fmt::format("{} {}", ::getpid(), i);
+    const std::string error = write_folder(folder, {{kSummaryFile, text}, {"second", text}});
+    if (error.empty()) continue;
+    std::fprintf(stderr, "%s\n", error.c_str());
+    ::_exit(1);
+  }
+  ::_exit(0);
+}
+
+int status_of(pid_t child) {
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  return status;
 }
 
 }  // namespace
@@ -108,6 +139,24 @@ TEST_CASE("a folder that is not a run folder is left alone") {
   CHECK_THAT(write_run_folder(precious.string(), scenario, run_scenario(scenario, {}), ""), Catch::Contains("left alone"));
   CHECK(names_in(precious) == std::set<std::string>{"thesis.txt"});
   CHECK(names_in(temporary.path) == std::set<std::string>{"precious"});
+}
+
+TEST_CASE("processes that write one folder at once all succeed, beside others that are killed, and leave one whole folder") {
+  const TemporaryFolder temporary;
+  const std::string folder = (temporary.path / "run").string();
+  std::vector<pid_t> writers;
+  for (int i = 0; i < 4; ++i) writers.push_back(writer_of(folder, 300));
+  for (int i = 0; i < 50; ++i) {
+    const pid_t victim = writer_of(folder, 1'000'000);
+    std::this_thread::sleep_for(std::chrono::microseconds(500 + 137 * i));
+    REQUIRE(::kill(victim, SIGKILL) == 0);
+    CHECK(status_of(victim) == SIGKILL);
+  }
+  for (const pid_t writer : writers) CHECK(status_of(writer) == 0);
+  CHECK(content_of(fs::path(folder) / kSummaryFile) == content_of(fs::path(folder) / "second"));
+  CHECK(write_folder(folder, {{kSummaryFile, "last"}}) == "");
+  CHECK(names_in(folder) == std::set<std::string>{kSummaryFile});
+  CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
 }
 
 TEST_CASE("the timing of a run replays to the same steps") {

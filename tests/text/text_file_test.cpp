@@ -38,6 +38,19 @@ TEST_CASE("What cannot be written says why, and leaves nothing") {
   CHECK(place.files() == 0);
 }
 
+TEST_CASE("What a killed process has left is removed by the next one that writes there, and by no one that writes elsewhere") {
+  const Place place;
+  const fs::path left = place.folder / ".a.writing-1";
+  REQUIRE(fs::create_directory(left));
+  CHECK(write_text_file((left / "new").string(), "half").empty());
+  CHECK(write_text_file(place.path("b"), "x").empty());
+  CHECK(fs::exists(left / "new"));
+  CHECK(write_text_file(place.path("a"), "whole").empty());
+  CHECK_FALSE(fs::exists(left));
+  CHECK(read_text_file(place.path("a"), 100).value_or("?") == "whole");
+  CHECK(place.files() == 2);
+}
+
 TEST_CASE("A device is written to as it is, and a full one is an error") {
   CHECK(write_text_file("/dev/null", "x").empty());
   CHECK_THAT(write_text_file("/dev/full", "x"), Contains("No space left on device"));

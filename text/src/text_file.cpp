@@ -1,4 +1,5 @@
 #include "evenstep/text/text_file.h"
+#include "evenstep/text/workshop.h"
 
 #include <fmt/format.h>
 
@@ -75,18 +76,18 @@ std::string write_text_file(const std::string& path, std::string_view text) {
 
 std::string write_text_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
   if (std::string objection = write_objection(path); !objection.empty()) return objection;
-  const std::string aside = is_special(path) ? path : fmt::format("{}.writing-{}", path, ::getpid());
-  std::ofstream out(aside, std::ios::binary);
-  write(out);
-  out.close();
-  std::error_code error;
-  std::string why = out ? "" : std::strerror(errno);
-  if (aside == path) return why.empty() ? "" : fmt::format("cannot be written: {}", why);
-  if (why.empty()) std::filesystem::rename(aside, path, error);
-  if (why.empty() && !error) return {};
-  if (error) why = error.message();
-  std::filesystem::remove(aside, error);
-  return fmt::format("cannot be written: {}", why);
+  try {
+    if (is_special(path)) {
+      write_file(path, write);
+      return {};
+    }
+    Workshop workshop(path);
+    write_file(workshop.made(), write);
+    workshop.put();
+    return {};
+  } catch (const std::system_error& error) {
+    return fmt::format("cannot be written: {}", error.code().message());
+  }
 }
 
 std::string portable_path(const std::string& path) {
