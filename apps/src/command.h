@@ -21,8 +21,8 @@ class App;
 namespace evenstep::app {
 
 inline constexpr const char* kExitCodes =
-    "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed, 4 not reproducible, "
-    "130 interrupted.";
+    "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed or output cut, 4 not "
+    "reproducible, 130 interrupted.";
 
 /// The numbers an option accepts, both ends included.
 struct Range {

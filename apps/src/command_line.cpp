@@ -2,10 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <system_error>
+#include <exception>
+#include <string_view>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -46,6 +49,30 @@ void take_signals() {
 
 }  // namespace
 
+namespace {
+
+/// Whether the command is asked for its text alone: a reader that closes the pipe has read as much of it as it wants.
+bool only_prints(std::string_view command) {
+  constexpr std::array kSuch = std::to_array<std::string_view>(
+      {"list", "schema", "completion", "manual", "help", "--help", "-h", "--version"});
+  return std::find(kSuch.begin(), kSuch.end(), command) != kSuch.end();
+}
+
+/// Does what the call asks for.
+ExitCode run_command(app::Commands& commands, int argc, char** argv) {
+  try {
+    const auto asked = commands.parse(argc, argv);
+    if (const auto* const printed = std::get_if<ExitCode>(&asked)) return *printed;
+    return std::get<std::function<ExitCode()>>(asked)();
+  } catch (const std::exception& error) {
+    // What cannot be printed is said at the end, in one way for all commands.
+    if (!std::ferror(stdout)) spdlog::error("evenstep: error: {}", error.what());
+    return ExitCode::run_failed;
+  }
+}
+
+}  // namespace
+
 int command_line(int argc, char** argv, const Registry& registry) {
   // run.sh says how it was called, because nobody starts the program in its build folder.
   const std::string program = program_words(std::getenv("EVENSTEP_CALLED_AS"), argc > 0 ? argv[0] : nullptr);
@@ -54,23 +81,8 @@ int command_line(int argc, char** argv, const Registry& registry) {
 
   app::Commands commands(interrupted, registry, program);
   for (app::AddCommand* const add : app::kCommands) add(commands);
-  const auto asked = commands.parse(argc, argv);
-  if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
-  // A reader that closes the pipe after as much of a list as it wants has what it wants.
-  const std::string command = argc > 1 ? argv[1] : "";
-  const int closed_pipe = static_cast<int>(command == "list" || command == "schema" ? ExitCode::pass : ExitCode::run_failed);
-  try {
-    const ExitCode code = std::get<std::function<ExitCode()>>(asked)();
-    if (std::fflush(stdout) != 0) return closed_pipe;
-    return static_cast<int>(code);
-  } catch (const std::system_error& error) {
-    if (error.code() == std::errc::broken_pipe) return closed_pipe;
-    spdlog::error("evenstep: error: {}", error.what());
-    return static_cast<int>(ExitCode::run_failed);
-  } catch (const std::exception& error) {
-    spdlog::error("evenstep: error: {}", error.what());
-    return static_cast<int>(ExitCode::run_failed);
-  }
+  const ExitCode code = run_command(commands, argc, argv);
+  return static_cast<int>(app::finish_output(code, only_prints(argc > 1 ? argv[1] : "")));
 }
 
 }  // namespace evenstep

@@ -59,9 +59,9 @@ ExitCode compare_runs(const CompareArguments& arguments, const std::atomic<bool>
   const std::optional<CompareSide> a = side_of(arguments.a), b = side_of(arguments.b);
   if (!thresholds || !a || !b) return ExitCode::usage;
   const ComparisonRecord record = compare(*a, *b, *thresholds, arguments.allow_missing);
-  if (!arguments.markdown.empty() && !write_text(arguments.markdown, comparison_markdown(record))) return ExitCode::usage;
+  if (!arguments.markdown.empty() && !write_text(arguments.markdown, comparison_markdown(record))) return ExitCode::run_failed;
   if (!arguments.html.empty() && !write_text(arguments.html, comparison_page(record, again(arguments))))
-    return ExitCode::usage;
+    return ExitCode::run_failed;
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
   const std::size_t rows = arguments.all ? std::numeric_limits<std::size_t>::max() : kRowsShown;
   fmt::print("{}", arguments.json ? comparison_json(record) : comparison_text(record, colour, rows, arguments.all));

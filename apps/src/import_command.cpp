@@ -117,7 +117,7 @@ ExitCode import_live_run(const ImportArguments& arguments) {
              log->rows.steps.size(), length_text(log->until() - RealTime{}));
   if (!writes) return ExitCode::pass;
   const auto timing = [&](std::ostream& out) { write_recorded_timing(log->rows, out); };
-  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::usage;
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
 }
 
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
@@ -150,7 +150,7 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
   const auto timing = [&, at = std::size_t{0}](std::ostream& out) mutable {
     write_timing_csv(out, [&] { return at < assigned->segments.size() ? &assigned->segments[at++] : nullptr; });
   };
-  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::usage;
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ ExitCode index(const IndexArguments& arguments, const std::atomic<bool>&) {
   std::vector<IndexedRun> runs;
   for (const RunSummary& run : read.runs) runs.push_back(indexed(run, folder));
   const std::string again = fmt::format("{} index {}", arguments.program, shell_file(arguments.folder));
-  if (!write_text(file.string(), index_page(arguments.folder, runs, again))) return ExitCode::usage;
+  if (!write_text(file.string(), index_page(arguments.folder, runs, again))) return ExitCode::run_failed;
   fmt::print("{} runs: {}\n", runs.size(), file.string());
   return read.errors.empty() ? ExitCode::pass : ExitCode::usage;
 }

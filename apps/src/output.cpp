@@ -1,5 +1,7 @@
 #include "output.h"
 
+#include <fcntl.h>
+#include <poll.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -89,11 +91,24 @@ void guard(std::FILE*& stream, int descriptor, int buffering, Guard guard) {
   }
 }
 
+/// Whether stdout is a pipe or a socket that nobody reads any more.
+bool reader_is_gone() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) == 1 && (out.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+/// Keeps the numbers of stdout and stderr from files that are opened later: what is printed would be written into these.
+void occupy_closed_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(descriptor, F_GETFD) < 0) ::open("/dev/null", descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+}
+
 }  // namespace
 
 bool on_github() { return variable("GITHUB_ACTIONS") == "true"; }
 
 void prepare_output(const std::string& program) {
+  occupy_closed_streams();
   spdlog::sink_ptr sink;
   if (on_github()) {
     guard(stdout, STDOUT_FILENO, _IOFBF, CommandGuard{});
@@ -106,6 +121,16 @@ void prepare_output(const std::string& program) {
   }
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("evenstep", std::move(sink)));
   spdlog::set_formatter(std::make_unique<MessageText>(program));
+}
+
+ExitCode finish_output(ExitCode code, bool may_stop) {
+  std::fflush(stdout);
+  if (!std::ferror(stdout)) return code;
+  const bool gone = reader_is_gone();
+  if (gone && may_stop) return ExitCode::pass;
+  spdlog::error("evenstep: error: stdout has not taken all that was printed: {}",
+                gone ? "nobody reads it any more" : "it is closed, or its disk is full");
+  return worse(code, ExitCode::run_failed);
 }
 
 void annotate(AnnotationLevel level, const Place& place, const std::string& title, const std::string& message) {

@@ -102,16 +102,6 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, con
   return size_scenario(*read, options);
 }
 
-/// False on an error, which is then printed.
-bool write_figure(const std::string& path, const SizeRecord& record) {
-  const std::string figure = size_svg(record);
-  if (figure.empty()) {
-    print({{path, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
-    return false;
-  }
-  return write_text(path, figure);
-}
-
 /// The command that does this again.
 std::string again(const SizeArguments& arguments) {
   std::string command = fmt::format("{} size {}", arguments.program, shell_file(arguments.file));
@@ -221,9 +211,14 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
     print(result.errors);
     return ExitCode::usage;
   }
-  if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
-  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::usage;
-  if (!write_report(arguments, result.record)) return ExitCode::usage;
+  const std::string figure = arguments.figure.empty() ? "" : size_svg(result.record);
+  if (!arguments.figure.empty() && figure.empty()) {
+    print({{arguments.figure, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
+    return ExitCode::usage;
+  }
+  if (!figure.empty() && !write_text(arguments.figure, figure)) return ExitCode::run_failed;
+  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::run_failed;
+  if (!write_report(arguments, result.record)) return ExitCode::run_failed;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }

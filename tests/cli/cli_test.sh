@@ -1028,7 +1028,7 @@ case_size_prints_tables_that_run_without_an_underrun() {
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
   expect 0 "this list has none" size steps.csv
-  expect 2 "cannot be written" size steps.csv --timing nowhere/timing.csv
+  expect 3 "cannot be written" size steps.csv --timing nowhere/timing.csv
   expect 0 'trace = "timing.csv"' size steps.csv --timing timing.csv
   {
     printf '%s\n' 'format = 1' '[run]' 'strategies = ["phase_locked"]' '[scene]' 'kind = "spring"' '[[device]]' \
@@ -1047,7 +1047,7 @@ case_size_refuses_bad_input() {
   expect 2 "there is no step in it" size drawn.csv
   expect 2 '"5" is no period' size drawn.csv --sampling 5
   expect 2 "must be above 0 % and below 100 %" size drawn.csv --rate "100 %"
-  expect 2 "cannot be written" size "$source_dir/scenarios/recorded/small-paced30-basic.csv" --figure nowhere/curve.svg
+  expect 3 "cannot be written" size "$source_dir/scenarios/recorded/small-paced30-basic.csv" --figure nowhere/curve.svg
   expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
   expect 2 '"drop" is none' size drawn.csv --what-if drop
   expect 2 'error: "budget 20": ' size drawn.csv --budget 20

@@ -5,7 +5,9 @@ import os
 import pathlib
 import pty
 import random
+import re
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -243,6 +245,85 @@ def case_a_full_disk_leaves_the_old_report_whole_and_says_so(place):
         result = run(place / "s.toml", "--out", place / "out/run", "--junit", device)
         assert result.returncode == 3 and "No space left" in result.stderr, result
     small_disk(place, arguments)
+
+
+CASE = """format = 1
+name = "c"
+[case]
+kind = "oscillator"
+methods = ["symplectic-euler"]
+values = [1]
+most_steps = 50
+[[expect]]
+signal = "case.*.*"
+metric = "cells"
+equals = 1
+"""
+
+
+def calls_of_every_command(place):
+    """A call of each command that --help lists, by its name. A new command needs an entry here."""
+    swept = scenario("s") + SWEEP.format(find="")
+    write(place, s=scenario(), swept=swept, case=CASE)
+    for ready in ('run s.toml --out a --set "run.duration=1.5 s"', "run s.toml --out b", "sweep swept.toml --shard 1/1 --out parts",
+                  'run s.toml --clock wall --record live.rec --set "remap.lead=3 ms" --out live'):
+        result = subprocess.run([program, *shlex.split(ready)], cwd=place, capture_output=True, text=True, timeout=100)
+        assert result.returncode <= 1, result
+    return {
+        "run": "s.toml", "check": "s.toml", "devices": "", "list": ".", "study": "s.toml --out study",
+        "record": "s.toml --seconds 1 --out recorded.csv", "replay": "live.rec", "import": "live.rec --out imported.csv",
+        "fit": "a/timing.csv", "size": "a/timing.csv", "advise": "a/timing.csv --out advice", "sweep": "swept.toml --out swept",
+        "catalogue": "case.toml --out catalogue", "merge": "parts/sweep.jsonl --out merged.jsonl",
+        "shrink": 'swept.toml --seed 0 --set "remap.latency=9 ms" --out shrunk', "diff": "a b", "compare": "a b", "index": "a",
+        "init": "first", "schema": "", "completion": "", "manual": ""}
+
+
+FILES = ("run s.toml --junit", "compare a b --markdown", "compare a b --html", "size a/timing.csv --figure",
+         "size a/timing.csv --report", "size a/timing.csv --timing", "sweep swept.toml --out swept-junit --junit",
+         "merge parts/sweep.jsonl --out merged-junit.jsonl --junit", "replay live.rec --timing",
+         "import live.rec --out")
+
+
+def case_every_command_fails_if_what_it_prints_or_writes_is_cut(place):
+    """Onto a full disk, and into a pipe that nobody reads. A command whose text is all that it gives ends well then: its reader
+    has read as much as it wanted."""
+    calls = calls_of_every_command(place)
+    shown = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+    commands = re.findall(r"^  ([a-z]+) ", shown[shown.index("Subcommands:"):], re.M)
+    assert set(calls) == set(commands), f"not called here, or no command: {set(calls) ^ set(commands)}"
+    lines = [f"{command} {call}" for command, call in calls.items()]
+    lines += ["--help", "--version", "help", *(f"{command} --help" for command in calls)]
+    for line in lines:
+        def to(out):
+            shutil.rmtree(place / "first", ignore_errors=True)
+            shutil.rmtree(place / "swept", ignore_errors=True)
+            return subprocess.run([program, *shlex.split(line)], cwd=place, stdout=out, stderr=subprocess.PIPE, text=True,
+                                  timeout=200)
+        with open("/dev/full", "w") as full:
+            result = to(full)
+        assert result.returncode == 3 and "stdout has not taken all" in result.stderr, (line, result)
+        read_end, write_end = os.pipe()
+        os.close(read_end)
+        result = to(write_end)
+        os.close(write_end)
+        only_text = line.split()[0] in ("list", "schema", "completion", "manual", "help") or line.startswith("--")
+        assert result.returncode == (0 if only_text else 3), (line, result)
+        assert ("nobody reads it" in result.stderr) != only_text, (line, result)
+    for line in FILES:
+        result = subprocess.run([program, *shlex.split(line), "/dev/full"], cwd=place, capture_output=True, text=True,
+                                timeout=200)
+        assert result.returncode == 3 and "No space left" in result.stderr, (line, result)
+
+
+def case_a_closed_stdout_is_said_and_nothing_is_printed_into_a_file(place):
+    write(place, s=scenario())
+    assert run(place / "s.toml", "--out", place / "before").returncode == 0
+    result = subprocess.run(["sh", "-c", '"$@" >&-', "sh", program, "run", "s.toml", "--out", "after"], cwd=place,
+                            capture_output=True, text=True)
+    assert result.returncode == 3 and "stdout has not taken all" in result.stderr, result
+    for name, text in content(place / "before").items():
+        if name not in ("summary.json", "junit.xml", "report.html"):  # they name the folder, or seconds that were measured
+            assert (place / "after" / name).read_bytes() == text, name
 
 
 def small_disk(place, arguments):
