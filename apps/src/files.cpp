@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/text/text_file.h"
+#include "evenstep/text/workshop.h"
 #include "output.h"
 
 namespace evenstep::app {
@@ -17,14 +18,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Whether a run or a study has left this folder; the resolved.toml in it is no scenario of the user's.
-bool is_run_folder(const fs::path& folder) { return fs::exists(folder / kSummaryFile) || fs::exists(folder / kStudyFile); }
+/// Whether a run or a study has written this file: no scenario of the user's.
+bool is_of_a_run(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  return file.filename() == "resolved.toml" && (fs::exists(folder / kSummaryFile) || fs::exists(folder / kStudyFile));
+}
 
+/// Also those behind links. A link that leads nowhere is found, too, so that the reader says what is wrong with it.
 std::vector<std::string> scenarios_below(const std::string& folder) {
   std::vector<std::string> found;
-  for (auto at = fs::recursive_directory_iterator(folder); at != fs::recursive_directory_iterator(); ++at) {
-    if (at->is_directory() && is_run_folder(at->path())) at.disable_recursion_pending();
-    if (at->is_regular_file() && at->path().extension() == ".toml") found.push_back(at->path().string());
+  std::set<fs::path> entered{fs::canonical(folder)};  // links can lead in circles
+  const auto follow = fs::directory_options::follow_directory_symlink;
+  for (auto at = fs::recursive_directory_iterator(folder, follow); at != fs::recursive_directory_iterator(); ++at) {
+    const fs::path& path = at->path();
+    if (at->is_directory()) {
+      const bool once = entered.insert(fs::canonical(path)).second;
+      if (!once || internal::Workshop::is_name(path.filename().string())) at.disable_recursion_pending();
+    } else if (path.extension() == ".toml" && !is_of_a_run(path)) {
+      found.push_back(path.string());
+    }
   }
   std::sort(found.begin(), found.end());
   return found;

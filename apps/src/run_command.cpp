@@ -205,6 +205,8 @@ void warn_of_devices(const LiveDeviceOptions& options) {
   }
 }
 
+constexpr const char* kAllLeftOut = "every scenario is left out, they carry the tag \"long\"; add --long";
+
 /// All that one call does with its scenarios.
 struct Call {
   const RunArguments& arguments;
@@ -402,11 +404,10 @@ void print_json(const Call& call) {
   fmt::print("]\n");
 }
 
-/// A folder without scenarios: JUnit must show that nothing ran.
-ExitCode no_scenarios(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
-  Call call{arguments, interrupted, registry, true, {}, {}, {}, {}};
-  const std::string paths = fmt::format("{}", fmt::join(arguments.paths, " "));
-  call.suites.push_back(junit_suite(broken(paths, {{paths, 0, 0, "no scenario (*.toml) in a folder"}}, call), ""));
+/// A call that ran nothing: JUnit must show that.
+ExitCode nothing_ran(Call& call, const std::string& why) {
+  const std::string paths = fmt::format("{}", fmt::join(call.arguments.paths, " "));
+  call.suites.push_back(junit_suite(broken(paths, {{paths, 0, 0, why}}, call), ""));
   return write_junit(call, ExitCode::usage);
 }
 
@@ -435,7 +436,10 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     return ExitCode::usage;
   }
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
-  if (!files) return no_scenarios(arguments, interrupted, registry);
+  if (!files) {
+    Call call{arguments, interrupted, registry, true, *date, {}, {}, {}};
+    return nothing_ran(call, "no scenario (*.toml) in a folder");
+  }
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
   if (!arguments.record.empty() && files->size() > 1) {
     spdlog::error("--record: error: it is the recording of one run, and these are {} scenarios", files->size());
@@ -456,6 +460,10 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     print_json(call);
   else if (files->size() > 1)
     fmt::print("{}", tally.text(files->size()));
+  if (tally.left_out == files->size()) {
+    spdlog::error("error: {}", kAllLeftOut);
+    return nothing_ran(call, kAllLeftOut);
+  }
   return write_junit(call, worst_code);
 }
 

@@ -67,7 +67,7 @@ Result<SweepStatus> sweep_status(const std::string& folder) {
   result.header = sweep->header();
   result.summary = sweep->summary();
   result.summary.find.reset();  // only all points together can find it, or judge the states
-  result.summary.judges_states = false;
+  result.summary.complete = false;
   return result;
 }
 

@@ -88,11 +88,11 @@ Html states(const SweepHeader& header, const SweepSummary& summary) {
   std::vector<std::vector<Html>> rows;
   for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
     const auto& [name, signal, metric] = header.sometimes[i];
-    const char* const verdict = !summary.judges_states ? "skipped" : summary.reached[i] > 0 ? "pass" : "fail";
+    const char* const verdict = !summary.complete ? "skipped" : summary.reached[i] > 0 ? "pass" : "fail";
     rows.push_back({verdict_badge(verdict), name, element("code", signal) + fmt::format(" {}", metric),
                     fmt::format("{} of {}", summary.reached[i], summary.all.runs())});
   }
-  const char* const caption = summary.judges_states
+  const char* const caption = summary.complete
                                   ? "States that at least one point must reach."
                                   : "States that at least one point must reach; not judged, because that takes all points.";
   return table(caption, {{"verdict"}, {"state"}, {"what"}, {"points", true}}, rows);
@@ -101,12 +101,23 @@ Html states(const SweepHeader& header, const SweepSummary& summary) {
 /// The states that no point reached, which fail a sweep whatever its points did; empty if all were, or this is not known.
 Html unreached(const SweepHeader& header, const SweepSummary& summary) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < header.sometimes.size() && summary.judges_states; ++i) {
+  for (std::size_t i = 0; i < header.sometimes.size() && summary.complete; ++i) {
     if (summary.reached[i] == 0) names.push_back(header.sometimes[i].name);
   }
   if (names.empty()) return {};
   return element("p", fmt::format("No point reached {} of {} states, so the sweep does not test what it is meant to: {}.",
                                   names.size(), header.sometimes.size(), fmt::join(names, "; ")));
+}
+
+/// The same of expectations that no point judged.
+Html unjudged(const SweepHeader& header, const SweepSummary& summary) {
+  Html all;
+  for (std::size_t i = 0; i < summary.judged.size() && summary.complete; ++i) {
+    if (summary.judged[i] > 0) continue;
+    all += element("p", fmt::format("No point judged {} {}, as it applied to none.", header.expectations[i].signal,
+                                    header.expectations[i].metric));
+  }
+  return all;
 }
 
 }  // namespace
@@ -118,7 +129,7 @@ std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, c
   if (summary.stopped)
     outcome += element("p", fmt::format("It stopped early, after {} of {} points.", summary.all.runs(), header.points()));
   outcome +=
-      found(header, summary) + unreached(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
+      found(header, summary) + unreached(header, summary) + unjudged(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
   Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
   const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
   page.sections = {{"values", "Values", all + axes(header, summary)}};

@@ -29,12 +29,17 @@ std::map<std::string, double> measure_row(const CaseRow& row, const std::optiona
     if (at && (cell.value < at->least || cell.value > at->most)) continue;
     for (const CellStatus status : kStatuses) values[name_of(status)] += cell.status == status;
     values["cells"] += 1;
-    values["schedule_difference"] += cell.schedule_differs;
+    const bool ran = cell.status != CellStatus::refused && cell.status != CellStatus::unavailable;
+    if (ran) values["schedule_difference"] += cell.schedule_differs;
     for (const auto& [metric, value] : cell.metrics) {
       const auto [entry, first] = values.try_emplace(metric, value);
       if (!first) entry->second = joined(metric, entry->second, value);
     }
   }
+  // Where no cell is there, "none diverged" would hold without a single step.
+  const auto missing = values.find("unavailable");
+  if (missing != values.end() && missing->second == values["cells"])
+    return {{"cells", missing->second}, {"unavailable", missing->second}};
   return values;
 }
 

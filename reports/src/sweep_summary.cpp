@@ -89,8 +89,11 @@ const char* name_of(SweepVerdict verdict) {
   return "error";
 }
 
-bool SweepSummary::unreached() const {
-  return judges_states && std::find(reached.begin(), reached.end(), 0) != reached.end();
+bool SweepSummary::untested() const {
+  const auto lacks = [](const std::vector<std::int64_t>& points) {
+    return std::find(points.begin(), points.end(), 0) != points.end();
+  };
+  return complete && (lacks(reached) || lacks(judged));
 }
 
 std::int64_t SweepHeader::combinations() const {
@@ -112,11 +115,16 @@ std::size_t SweepHeader::value_of(std::int64_t point, std::size_t axis) const {
 SweepSummarizer::SweepSummarizer(const SweepHeader& header) : header_(&header) {
   for (const SweepHeader::Axis& axis : header.grid) so_far_.values.emplace_back(axis.values.size());
   so_far_.reached.resize(header.sometimes.size());
+  so_far_.judged.resize(header.expectations.size());
   worst_.resize(header.find ? header.grid[header.find->axis].values.size() : 1);
 }
 
 void SweepSummarizer::add(const SweepPoint& point) {
   for (std::size_t i = 0; i < point.reached.size(); ++i) so_far_.reached[i] += point.reached[i] ? 1 : 0;
+  for (std::size_t i = 0; i < so_far_.judged.size(); ++i) {
+    const bool skipped = i < point.expect.size() && point.expect[i].verdict == SweepVerdict::skipped;
+    so_far_.judged[i] += skipped ? 0 : 1;
+  }
   count(so_far_.all, point.verdict);
   for (std::size_t axis = 0; axis < header_->grid.size(); ++axis)
     count(so_far_.values[axis][header_->value_of(point.index, axis)], point.verdict);
@@ -134,7 +142,7 @@ void SweepSummarizer::add(const SweepPoint& point) {
 SweepSummary SweepSummarizer::summary() const {
   SweepSummary summary = so_far_;
   summary.stopped = header_->stop_after && summary.all.failed + summary.all.errors >= *header_->stop_after;
-  summary.judges_states = !header_->sometimes.empty() && !summary.stopped && summary.all.runs() == header_->points();
+  summary.complete = !summary.stopped && summary.all.runs() == header_->points();
   if (!header_->find) {
     summary.worst = worst_.front();
     return summary;

@@ -71,14 +71,30 @@ std::string state_text(const SweepHeader& header, const SweepSummary& summary) {
   for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
     const auto& [name, signal, metric] = header.sometimes[i];
     text += fmt::format("  {:>9} of {} points: {}\n", summary.reached[i], summary.all.runs(), name);
-    if (summary.reached[i] == 0 && summary.judges_states)
+    if (summary.reached[i] == 0 && summary.complete)
       text += fmt::format(
           "            error: no point reached it ({} {}): the sweep does not test what it is meant to; give "
           "it more seeds, other values, or remove the state\n",
           signal, metric);
   }
-  if (!summary.judges_states) text += "  not judged: that takes all points\n";
+  if (!summary.complete) text += "  not judged: that takes all points\n";
   return text;
+}
+
+/// The expectations that a complete sweep judged in none of its points.
+std::vector<std::string> unjudged(const SweepHeader& header, const SweepSummary& summary) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < summary.judged.size() && summary.complete; ++i) {
+    const SweepHeader::Expect& expectation = header.expectations[i];
+    if (summary.judged[i] == 0) names.push_back(expectation.signal + ' ' + expectation.metric);
+  }
+  return names;
+}
+
+std::string unjudged_text(const std::string& expectation) {
+  return fmt::format("no point judged {}, as it applied to none: the sweep does not test what it is meant to; give it more "
+                     "seeds, or remove the expectation",
+                     expectation);
 }
 
 void put_tally(Json& out, const SweepTally& tally) {
@@ -155,6 +171,9 @@ std::string sweep_junit(const SweepHeader& header, const SweepSummary& summary, 
     const std::int64_t others = all.failed + all.errors - std::ssize(summary.not_passed);
     if (others > 0) add("further points", all.errors > 0, fmt::format("{} more points do not pass", others), "");
   }
+  for (std::size_t i = 0; i < header.sometimes.size() && summary.complete; ++i)
+    add("sometimes: " + header.sometimes[i].name, false, summary.reached[i] > 0 ? "" : "no point reached this state", "");
+  for (const std::string& one : unjudged(header, summary)) add(one, false, unjudged_text(one), "");
   const std::string totals = fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", tests, failures, errors);
   std::string xml = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites{0}>\n  <testsuite name=\"{1}\"{0}"
@@ -198,7 +217,9 @@ std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, c
                        reason(header, point, worst), command(point));
   }
   if (summary.find) out += find_text(header, *summary.find);
-  return out + state_text(header, summary);
+  out += state_text(header, summary);
+  for (const std::string& one : unjudged(header, summary)) out += fmt::format("error: {}\n", unjudged_text(one));
+  return out;
 }
 
 std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
@@ -215,10 +236,11 @@ std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, c
   for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
     out["sometimes"].push_back({{"name", header.sometimes[i].name},
                                 {"reached", summary.reached[i]},
-                                {"verdict", !summary.judges_states   ? "not judged"
+                                {"verdict", !summary.complete   ? "not judged"
                                             : summary.reached[i] > 0 ? "pass"
                                                                      : "fail"}});
   }
+  out["unjudged"] = unjudged(header, summary);
   return json_text(out) + '\n';
 }
 

@@ -36,11 +36,11 @@ TEST_CASE("the page of a sweep says at its top which states no point reached, an
   };
   const std::string top =
       "No point reached 1 of 2 states, so the sweep does not test what it is meant to: a &lt;rare&gt; one.";
-  summary.judges_states = true;
+  summary.complete = true;
   CHECK_THAT(page(), Contains(top) && Contains("id=\"states\"") && Contains("0 of 2") && Contains("verdict fail"));
-  summary.judges_states = false;  // of a sweep that stopped
+  summary.complete = false;  // of a sweep that stopped
   CHECK_THAT(page(), !Contains("No point reached") && Contains("not judged, because that takes all points"));
-  summary.judges_states = true;
+  summary.complete = true;
   summary.reached = {2, 1};
   CHECK_THAT(page(), !Contains("No point reached") && Contains("1 of 2"));
   header.sometimes.clear();

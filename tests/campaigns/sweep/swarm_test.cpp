@@ -189,7 +189,7 @@ TEST_CASE("A sweep that stops at its failures does not judge its states") {
   const SweepOutcome outcome = swarm.run();
   CHECK(outcome.exit == ExitCode::expectation_failed);
   CHECK(outcome.summary.stopped);
-  CHECK_FALSE(outcome.summary.judges_states);
+  CHECK_FALSE(outcome.summary.complete);
 }
 
 TEST_CASE("What a swarm cannot be is an error with its place") {

@@ -101,9 +101,10 @@ struct SweepSummary {
   /// Those that did not pass, by index, at most kMostListed; none with `find`, where failures are expected.
   std::vector<Worst> not_passed;
   std::vector<std::int64_t> reached;  ///< for each state: the points that reached it
-  /// Whether a state that no point reached is an error: not in a shard, nor in a sweep that is not complete.
-  bool judges_states = false;
-  bool unreached() const;  ///< whether there is such a state
+  std::vector<std::int64_t> judged;   ///< for each expectation: the points to which it applied
+  bool complete = false;              ///< whether all points are there: not in a shard, nor in a sweep that stopped
+  /// Whether it is complete, and there is a state that no point reached, or an expectation that applied to none.
+  bool untested() const;
 };
 inline constexpr std::size_t kMostListed = 1000;
 
@@ -127,8 +128,8 @@ std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, c
 std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
 /// As JUnit's XML: one testcase for all points that pass, which says how many, and one for each point that does not, with
-/// its command. Above kMostListed the others are one testcase, which says how many. With `find` there is one testcase: what
-/// was found.
+/// its command. Above kMostListed the others are one testcase, which says how many. With `find` there is one testcase in
+/// place of these: what was found. Each state, and each expectation that applied to no point, is a testcase, too.
 std::string sweep_junit(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
 /// A value of the grid without TOML's quotes: 5 ms for "5 ms".
