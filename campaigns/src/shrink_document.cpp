@@ -112,6 +112,7 @@ void set_timing(Value& document, const std::string& trace, Duration duration) {
   put(timing, "trace", text_value(trace, kNowhere));
   put(document, "timing", std::move(timing));
   put(table_at(document, "run"), "duration", text_of_ns(duration.ns));
+  erase_faults_after(document, duration);
 }
 
 }  // namespace evenstep::internal

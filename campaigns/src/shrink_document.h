@@ -15,7 +15,7 @@ namespace evenstep::internal {
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation);
 
-/// Sets the timing to a replay of this file, and the duration of the run.
+/// Sets the timing to a replay of this file, and the duration of the run; faults that this no longer reaches are left out.
 void set_timing(Value& document, const std::string& trace, Duration duration);
 
 }  // namespace evenstep::internal

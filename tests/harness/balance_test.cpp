@@ -48,7 +48,7 @@ std::string faults(Draw& draw) {
   std::string list;
   for (std::uint64_t i = draw.below(4); i > 0; --i) {
     const std::string kind = draw.of({"lost", "duplicated", "late", "cut", "unread", "write-lost", "write-rejected"});
-    const std::uint64_t at_ms = 1 + draw.below(300), ticks = 1 + draw.below(60);
+    const std::uint64_t at_ms = 1 + draw.below(140), ticks = 1 + draw.below(60);
     list += fmt::format("{{ kind = \"{}\", at = \"{} ms\", ticks = {} }},", kind, at_ms, ticks);
   }
   return "[" + list + "]";

@@ -103,4 +103,28 @@ void switch_off_faults(Value& document, Errors& errors) {
   }
 }
 
+void erase_faults_after(Value& document, Duration run) {
+  Errors none;
+  const auto late = [&](const Value& value, const char* table_name, const char* key) {
+    const Table table(&value, table_name, value.place);
+    return table.has(key) && table.span(key, NominalUnits{}, none) >= run;
+  };
+  Value* devices = document.find("device");
+  for (std::size_t d = 0; devices != nullptr && d < devices->list.size(); ++d) {
+    Value& device = devices->list[d];
+    if (late(device, "device", "unplug")) {
+      erase(device, "unplug");
+      erase(device, "returns");
+    }
+    for (const std::string list : {"faults", "events"}) {
+      if (Value* const entries = device.find(list))
+        std::erase_if(entries->list, [&](const Value& one) { return late(one, ("device." + list).c_str(), "at"); });
+    }
+    for (const auto& [table, key] : {std::pair("evdev", "meddled_at"), std::pair("inverse3", "uncalibrated_at")}) {
+      const Value* const there = device.find(table);
+      if (there != nullptr && late(*there, table, key)) erase(device, fmt::format("{}.{}", table, key));
+    }
+  }
+}
+
 }  // namespace evenstep::internal

@@ -72,6 +72,44 @@ std::optional<ProgrammedFault> device_fault(const FaultPlace& place, const Table
   return ProgrammedFault{"", at, at, Over::never};
 }
 
+/// Where a fault is written, and when it begins there (a report's fault then waits for the next tick).
+std::pair<Place, RealTime> written(const FaultPlace& place, RealTime from, ScenarioReading& reading) {
+  if (place.of_timing) return {reading.section("timing").place(place.key), from};
+  const Value& value = reading.document.find("device")->list[place.device];
+  const Table device(&value, "device", value.place);
+  if (place.key != "faults") return {device.place(place.key.substr(0, place.key.find('.'))), from};
+  const Table fault = device.tables("faults")[place.entry];
+  return {fault.place("at"), RealTime{fault.span("at", reading.scenario.nominal, reading.errors).ns}};
+}
+
+/// Refuses what would begin after the end of the run: the scenario would not test what it is meant to.
+bool comes_too_late(const std::string& what, RealTime at, const Place& place, ScenarioReading& reading) {
+  const Duration run = reading.scenario.run_duration;
+  if (at < RealTime{run.ns}) return false;
+  reading.errors.add(place, fmt::format("'{}': the run has ended by {}, before this begins; let it begin earlier, run longer, "
+                                        "or remove it",
+                                        what, in_ms(run)));
+  return true;
+}
+
+/// Of what is not a fault of its own: the further entries of a list.
+void check_begins(ScenarioReading& reading) {
+  const std::vector<TimingChange>& changes = reading.scenario.timing.programmed.changes;
+  for (std::size_t i = 1; i < changes.size(); ++i) {
+    comes_too_late(fmt::format("timing.changes.{}", i), changes[i].at,
+                   reading.section("timing").tables("changes")[i].place("at"), reading);
+  }
+  for (std::size_t d = 0; d < reading.scenario.devices.size(); ++d) {
+    const DeviceSpec& device = reading.scenario.devices[d];
+    const Value& value = reading.document.find("device")->list[d];
+    const Table table(&value, "device", value.place);
+    const std::vector<Table> events = table.tables("events");
+    for (std::size_t i = 1; i < events.size(); ++i)
+      comes_too_late(fmt::format("device.{}.events.{}", device.name, i),
+                     RealTime{events[i].span("at", reading.scenario.nominal, reading.errors).ns}, events[i].place("at"), reading);
+  }
+}
+
 /// A swarm needs faults, and a run that may go on without them.
 void check_swarm(ScenarioReading& reading) {
   const Scenario& scenario = reading.scenario;
@@ -105,10 +143,13 @@ void read_faults(ScenarioReading& reading) {
       fault = device_fault(place, Table(&value, "device", value.place), scenario.devices[place.device], scenario.nominal,
                            reading.errors);
     }
-    if (!fault || fault->from >= end) continue;
+    if (!fault) continue;  // it changes nothing
+    const auto [at, begin] = written(place, fault->from, reading);
+    if (comes_too_late(place.name, begin, at, reading) || fault->from >= end) continue;
     fault->name = place.name;
     scenario.faults.push_back(*fault);
   }
+  check_begins(reading);
   check_swarm(reading);
 }
 
