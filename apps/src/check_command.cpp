@@ -220,6 +220,10 @@ void explain_head(const Scenario& scenario, Facts& facts) {
   facts.add("because", scenario.because,
             scenario.because.empty() ? "" : fmt::format("  because      {}\n", scenario.because));
   facts.add("verdict", "open", "");
+  std::string notes;
+  for (const Diagnostic& note : scenario.notes)
+    notes += fmt::format("  note         {}:{}:{}: {}\n", note.file, note.line, note.column, note.message);
+  facts.add("notes", json_of(scenario.notes), notes);
 }
 
 void explain_run(const Scenario& scenario, Facts& facts) {

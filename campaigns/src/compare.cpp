@@ -38,8 +38,9 @@ Figures figures_of(const RunSummary& run, const internal::ExpectationNames& name
   }
   for (std::size_t i = 0; i < run.expectations.size(); ++i) {
     const ExpectationResult& result = run.expectations[i];
-    figures[{result.signal, "verdict", names[i]}] = {{}, internal::verdict_word(result.verdict)};
-    if (const Value margin = relative_margin(result)) figures[{result.signal, "margin", names[i]}] = {margin, kNoNumber};
+    const auto& [signal, name] = names[i];
+    figures[{signal, "verdict", name}] = {{}, internal::verdict_word(result.verdict)};
+    if (const Value margin = relative_margin(result)) figures[{signal, "margin", name}] = {margin, kNoNumber};
   }
   return figures;
 }

@@ -17,11 +17,21 @@ constexpr std::size_t kMostLines = 6;  // of the scenarios' differences
 
 using Key = std::pair<std::string, std::string>;  ///< signal and metric
 
+/// The signal as written. The summary of an older evenstep has only the one that was judged; the other run then tells by the
+/// expectation in the same place.
+const std::string& written_signal(const ExpectationResult& result, const RunSummary& other) {
+  if (!result.pattern.empty()) return result.pattern;
+  const auto same = std::find_if(other.expectations.begin(), other.expectations.end(), [&](const ExpectationResult& one) {
+    return !one.pattern.empty() && one.line == result.line && one.file == result.file && one.metric == result.metric;
+  });
+  return same == other.expectations.end() ? result.signal : same->pattern;
+}
+
 /// The expectations of a run on each signal and metric, in the order of the file.
-std::map<Key, std::vector<std::size_t>> by_metric(const RunSummary& run) {
+std::map<Key, std::vector<std::size_t>> by_metric(const RunSummary& run, const RunSummary& other) {
   std::map<Key, std::vector<std::size_t>> found;
   for (std::size_t i = 0; i < run.expectations.size(); ++i)
-    found[{run.expectations[i].signal, run.expectations[i].metric}].push_back(i);
+    found[{written_signal(run.expectations[i], other), run.expectations[i].metric}].push_back(i);
   return found;
 }
 
@@ -50,8 +60,8 @@ std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const RunSummary& a, s
 
 std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const RunSummary& a, const RunSummary& b) {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  const auto in_b = by_metric(b);
-  for (const auto& [key, mine] : by_metric(a)) {
+  const auto in_b = by_metric(b, a);
+  for (const auto& [key, mine] : by_metric(a, b)) {
     const auto theirs = in_b.find(key);
     if (theirs == in_b.end()) continue;
     for (const auto& pair : pairs_of(a, mine, b, theirs->second)) pairs.push_back(pair);
@@ -60,12 +70,13 @@ std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const RunSummary& a, c
 }
 
 /// The names, with a number behind those that another expectation on the signal has, too.
-ExpectationNames numbered(const RunSummary& run, const std::vector<std::string>& names) {
+ExpectationNames numbered_names(const RunSummary& run, const RunSummary& other) {
   ExpectationNames out;
   std::map<Key, int> seen;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const int before = seen[{run.expectations[i].signal, names[i]}]++;
-    out.push_back(before == 0 ? names[i] : fmt::format("{} ({})", names[i], before + 1));
+  for (const ExpectationResult& result : run.expectations) {
+    const std::string &signal = written_signal(result, other), name = name_of(result);
+    const int before = seen[{signal, name}]++;
+    out.push_back({signal, before == 0 ? name : fmt::format("{} ({})", name, before + 1)});
   }
   return out;
 }
@@ -157,10 +168,7 @@ const char* verdict_word(ExpectationResult::Verdict verdict) {
 }
 
 std::pair<ExpectationNames, ExpectationNames> expectation_names(const RunSummary& a, const RunSummary& b) {
-  std::vector<std::string> names_a, names_b;
-  for (const ExpectationResult& result : a.expectations) names_a.push_back(name_of(result));
-  for (const ExpectationResult& result : b.expectations) names_b.push_back(name_of(result));
-  ExpectationNames of_b = numbered(b, names_b), of_a = numbered(a, names_a);
+  ExpectationNames of_a = numbered_names(a, b), of_b = numbered_names(b, a);
   for (const auto& [i, j] : pairs_of(a, b)) of_a[i] = of_b[j];
   return {of_a, of_b};
 }
@@ -181,8 +189,8 @@ std::vector<std::string> notes_on(const RunSummary& a, const RunSummary& b) {
   for (const auto& [i, j] : pairs_of(a, b)) {
     const ExpectationResult &one = a.expectations[i], &other = b.expectations[j];
     if (name_of(one) != name_of(other))
-      notes.push_back(fmt::format("another limit on {}: A {}, B {}", plain_text(one.signal), plain_text(name_of(one)),
-                                  plain_text(name_of(other))));
+      notes.push_back(fmt::format("another limit on {}: A {}, B {}", plain_text(written_signal(one, b)),
+                                  plain_text(name_of(one)), plain_text(name_of(other))));
   }
   if (!a.failure.empty()) notes.push_back("A stopped: " + plain_text(a.failure));
   if (!b.failure.empty()) notes.push_back("B stopped: " + plain_text(b.failure));

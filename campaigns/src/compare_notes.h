@@ -9,8 +9,12 @@
 
 namespace evenstep::internal {
 
-/// A name for each expectation of a run, different from all others on the same signal: "velocity_jump <= 1e-06 step".
-using ExpectationNames = std::vector<std::string>;
+/// What an expectation of a run is called: its signal as written (which of the signals that a `*` matches is the worst may
+/// differ from run to run), and a name that no other expectation on this signal has: "velocity_jump <= 1e-06 step".
+struct ExpectationName {
+  std::string signal, name;
+};
+using ExpectationNames = std::vector<ExpectationName>;
 /// The names for two runs. The same expectation has the same name in both; one whose limit was changed has its name in B.
 std::pair<ExpectationNames, ExpectationNames> expectation_names(const RunSummary& a, const RunSummary& b);
 

@@ -58,6 +58,10 @@ struct At {
     if (!tree.is_number()) refuse("a number or null");
     return tree.get<double>();
   }
+  std::int64_t whole() const {
+    if (!tree.is_number_integer()) refuse("a whole number");
+    return tree.get<std::int64_t>();
+  }
   std::uint64_t seed() const {
     if (!tree.is_number_unsigned()) refuse("a whole number from 0 to 2^64 - 1");
     return tree.get<std::uint64_t>();
@@ -106,6 +110,9 @@ std::string run_verdict_at(const At& at) {
 ExpectationResult expectation_at(const At& at) {
   ExpectationResult result;
   result.signal = at["signal"].word();
+  result.pattern = at.word_or_nothing("pattern");
+  result.file = at["file"].word();
+  result.line = at["line"].whole();
   result.metric = at["metric"].word();
   result.unit = at["unit"].word();
   result.value = at["value"].number();
@@ -118,8 +125,7 @@ ExpectationResult expectation_at(const At& at) {
 
 RunSummary summary_at(const At& at) {
   const At format = at["format"];
-  if (!format.tree.is_number_integer()) format.refuse("a whole number");
-  if (format.tree != 1) {
+  if (format.whole() != 1) {
     throw WrongSummary(
         fmt::format("is of format {}, and this evenstep reads format 1; compare with the evenstep that wrote it, or run "
                     "again with this one",

@@ -24,6 +24,7 @@ SweepOutcome run_sweep(const std::string& path, const SweepOptions& options) {
       outcome.errors.push_back({"--stop-after", 0, 0, "does not go with [sweep.find], which must know every point"});
     points.header().stop_after = options.stop_after;
   }
+  if (outcome.errors.empty()) outcome.errors = points.without_effect(options.set);
   if (outcome.errors.empty()) outcome.errors = points.check();
   if (!outcome.errors.empty()) {
     outcome.exit = ExitCode::usage;

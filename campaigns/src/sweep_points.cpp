@@ -111,8 +111,28 @@ SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, st
   std::copy_if(options.set.begin(), options.set.end(), std::back_inserter(header_.set),
                [](const std::string& assignment) { return !assignment.starts_with("sweep."); });
   header_.scenario = digest_of_scenario(document_);
-  for (const SweepAxis& axis : base->sweep->grid) axis_places_.push_back(axis.place);
-  document_.find("sweep")->table.clear();  // [[sometimes]] needs one
+  for (const SweepAxis& axis : base->sweep->grid) {
+    axis_places_.push_back(axis.place);
+    set_by_points_.push_back(indexed_path(document_, axis.path));
+  }
+  Value& sweep = *document_.find("sweep");
+  if (sweep.find("seeds") != nullptr) set_by_points_.emplace_back("run.seed");
+  sweep.table.clear();  // [[sometimes]] needs one
+}
+
+std::vector<Diagnostic> SweepPoints::without_effect(const std::vector<std::string>& set) const {
+  std::vector<Diagnostic> errors;
+  for (const std::string& assignment : set) {
+    const std::string key = indexed_path(document_, std::string_view(assignment).substr(0, assignment.find('=')));
+    if (std::none_of(set_by_points_.begin(), set_by_points_.end(),
+                     [&](const std::string& by) { return is_within(key, by); }))
+      continue;
+    errors.push_back({"--set " + assignment, 0, 0,
+                      key == "run.seed" ? "has no effect: [sweep] has seeds; write sweep.seeds=... instead"
+                                        : "has no effect: every point takes this from [sweep.grid]; write sweep.grid={...} "
+                                          "instead"});
+  }
+  return errors;
 }
 
 ReadResult SweepPoints::read(std::int64_t point) const {

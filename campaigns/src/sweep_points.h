@@ -16,6 +16,8 @@ class SweepPoints {
 
   const SweepHeader& header() const { return header_; }
   SweepHeader& header() { return header_; }
+  /// An error for each --set that every point sets itself, so that it has no effect.
+  std::vector<Diagnostic> without_effect(const std::vector<std::string>& set) const;
   /// The errors of all combinations, each once.
   std::vector<Diagnostic> check() const;
   ReadResult read(std::int64_t point) const;
@@ -30,6 +32,7 @@ class SweepPoints {
   Value document_;  // without [sweep]
   SweepHeader header_;
   std::vector<Place> axis_places_;
+  std::vector<std::string> set_by_points_;  // the keys that each point sets, as indexed_path() writes them
 };
 
 }  // namespace evenstep::internal

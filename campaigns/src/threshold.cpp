@@ -37,15 +37,14 @@ std::vector<std::string_view> split(std::string_view text, char between) {
   }
 }
 
-/// Whether a signal is meant by `where`: by the name of its strategy, or part by part.
+/// Whether a signal is meant by `where`: by the name of its strategy, or part by part. The signal of an expectation may have
+/// a `*` of its own, and is meant if it may be about a signal that is.
 bool is_at(std::string_view where, std::string_view signal) {
   const std::vector<std::string_view> wanted = split(where, '.'), parts = split(signal, '.');
-  if (wanted.size() == 1) return where == signal || where == "*" || (parts.size() > 1 && where == parts.back());
-  if (wanted.size() != parts.size()) return false;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (wanted[i] != "*" && wanted[i] != parts[i]) return false;
-  }
-  return true;
+  const auto meets = [](std::string_view one, std::string_view other) { return one == "*" || other == "*" || one == other; };
+  if (wanted.size() == 1)
+    return where == "*" || where == signal || (where != "run" && parts.size() > 1 && meets(where, parts.back()));
+  return std::equal(wanted.begin(), wanted.end(), parts.begin(), parts.end(), meets);
 }
 
 /// The forms of signals that have this metric and that `where` can mean.

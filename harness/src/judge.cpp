@@ -60,12 +60,31 @@ ExpectationResult start(const Expectation& expectation) {
   result.file = expectation.place.file;
   result.line = expectation.place.line;
   result.column = expectation.place.column;
-  result.signal = expectation.signal;
+  result.signal = result.pattern = expectation.signal;
   result.metric = expectation.metric;
   result.expect_fail = expectation.expect_fail;
   result.because = expectation.because;
   result.unit = any_limit(expectation).unit;
   return result;
+}
+
+void make_error(ExpectationResult& result, const std::string& detail) {
+  result.verdict = Verdict::error;
+  result.detail = detail;
+}
+
+ExpectationResult error_of(const Expectation& expectation, const std::string& signal, const std::string& detail) {
+  ExpectationResult result = start(expectation);
+  result.signal = signal;
+  make_error(result, detail);
+  return result;
+}
+
+ExpectationResult nothing_judged(const Expectation& expectation, const std::string& signal) {
+  std::string detail = "no sample was judged: the run has no value for this signal and metric";
+  if (signal != expectation.signal)
+    detail += fmt::format("; '{}' leaves no signal out, so narrow it if this one needs none", expectation.signal);
+  return error_of(expectation, signal, detail);
 }
 
 ExpectationResult skipped(const Expectation& expectation) {
@@ -85,8 +104,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   // Both limits are shown in the unit of the first one that is written.
   const Result<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
   const auto fail = [&](const std::string& error) {
-    result.verdict = Verdict::error;
-    result.detail = error;
+    make_error(result, error);
     return result;
   };
   if (!shown) return fail(shown.error());
@@ -98,21 +116,48 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   }
   result.value = base_value / *shown;
   if (std::isnan(base_value)) {
-    result.verdict = Verdict::error;
-    result.detail = "the value is not a number: too few samples, or the data is not finite";
+    make_error(result, "the value is not a number: too few samples, or the data is not finite");
     return result;
   }
   result.verdict = verdict_of(result);
   return result;
 }
 
-/// How far the result is from failing, relative to the limit. For a signal with `*` the smallest margin is the worst.
+bool is_recovery(std::string_view metric) { return metric == "recovered" || metric.starts_with("recovery_time"); }
+
+/// How far the result is from failing, relative to the limit.
 double margin(const ExpectationResult& result) {
-  if (result.verdict == Verdict::error || !result.value || std::isnan(*result.value)) return -INFINITY;
+  if (!result.value || std::isnan(*result.value)) return -INFINITY;
+  if (is_recovery(result.metric) && std::isinf(*result.value))
+    return -INFINITY;  // "never" is no time: it fails a minimum too
   double least = INFINITY;
   if (result.max) least = std::min(least, (*result.max - *result.value) / std::max(std::abs(*result.max), 1e-300));
   if (result.min) least = std::min(least, (*result.value - *result.min) / std::max(std::abs(*result.min), 1e-300));
   return least;
+}
+
+/// Of two signals that a `*` matches, an error is worse than any value, and otherwise the smaller margin.
+bool is_worse(const ExpectationResult& a, const ExpectationResult& b) {
+  const bool error = a.verdict == Verdict::error, other_error = b.verdict == Verdict::error;
+  return error != other_error ? error : margin(a) < margin(b);
+}
+
+bool has_metric(const std::string& signal, const std::string& metric) {
+  const std::optional<std::vector<std::string>> known = metrics_of_signal(signal);
+  return known && std::find(known->begin(), known->end(), metric) != known->end();
+}
+
+/// The worst of the signals that the expectation matches and that have a metric of this name, whether it has a value or not.
+/// `judge_one` makes a result of a signal and its values.
+template <class JudgeOne>
+ExpectationResult worst_of(const Expectation& expectation, const Metrics& metrics, JudgeOne judge_one) {
+  std::optional<ExpectationResult> worst;
+  for (const auto& [signal, values] : metrics) {
+    if (!matches(expectation.signal, signal) || !has_metric(signal, expectation.metric)) continue;
+    ExpectationResult result = judge_one(signal, values);
+    if (!worst || is_worse(result, *worst)) worst = std::move(result);
+  }
+  return worst ? std::move(*worst) : nothing_judged(expectation, expectation.signal);
 }
 
 const DeviceSpec* find_device(const Scenario& scenario, std::string_view name) {
@@ -137,25 +182,15 @@ std::string objection_to_shape(const std::string& signal, const Scenario& scenar
 
 ExpectationResult judge_expectation(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
                                     const Metrics& metrics, const std::map<std::string, Saturation>& saturated) {
-  std::optional<ExpectationResult> worst_of_pattern;
-  for (const auto& [signal, values] : metrics) {
-    if (!matches(expectation.signal, signal)) continue;
+  return worst_of(expectation, metrics, [&](const std::string& signal, const std::map<std::string, double>& values) {
     const auto value = values.find(expectation.metric);
-    if (value == values.end()) continue;
+    if (value == values.end()) return nothing_judged(expectation, signal);
     ExpectationResult result = judge_signal(expectation, signal, value->second, scenario, nominal);
-    if (judges_shape(signal, expectation.metric)) {
-      if (std::string objection = objection_to_shape(signal, scenario, saturated); !objection.empty()) {
-        result.verdict = Verdict::error;
-        result.detail = std::move(objection);
-      }
-    }
-    if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
-  }
-  if (worst_of_pattern) return std::move(*worst_of_pattern);
-  ExpectationResult result = start(expectation);
-  result.verdict = Verdict::error;
-  result.detail = "no sample was judged: the run has no value for this signal and metric";
-  return result;
+    if (!judges_shape(signal, expectation.metric)) return result;
+    if (const std::string objection = objection_to_shape(signal, scenario, saturated); !objection.empty())
+      make_error(result, objection);
+    return result;
+  });
 }
 
 /// Says where in the run the expectation fails.
@@ -176,10 +211,9 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
-    result.verdict = Verdict::error;
-    result.detail = seeds == 0 ? "no segment is judged"
-                               : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
-                                             internal::kMostSeeds);
+    make_error(result, seeds == 0 ? "no segment is judged"
+                                  : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
+                                                internal::kMostSeeds));
     return result;
   }
   const internal::RateCount count =
@@ -191,24 +225,20 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   return result;
 }
 
-ExpectationResult judge_rates(const Expectation& expectation, const Scenario& scenario, const RunRecord& run) {
-  std::optional<ExpectationResult> worst_of_pattern;
-  for (const internal::RateSignal& signal : internal::rate_signals(scenario)) {
-    if (!matches(expectation.signal, signal.name)) continue;
+ExpectationResult judge_rates(const Expectation& expectation, const Scenario& scenario, const RunRecord& run,
+                              const Metrics& metrics) {
+  const std::vector<internal::RateSignal> with_map = internal::rate_signals(scenario);
+  return worst_of(expectation, metrics, [&](const std::string& signal, const std::map<std::string, double>&) {
+    const auto map = std::find_if(with_map.begin(), with_map.end(), [&](const auto& one) { return one.name == signal; });
+    if (map == with_map.end()) {
+      return error_of(expectation, signal,
+                      "no map was judged: only paper and phase_locked have a rate of underruns with a confidence");
+    }
     const auto strategy = std::find_if(run.strategies.begin(), run.strategies.end(),
-                                       [&](const StrategyRecord& s) { return s.name == name_of(signal.kind); });
-    if (strategy == run.strategies.end()) continue;
-    ExpectationResult result = judge_rate(expectation, scenario, signal, strategy->latency);
-    if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
-  }
-  if (worst_of_pattern) return std::move(*worst_of_pattern);
-  ExpectationResult result = start(expectation);
-  result.verdict = Verdict::error;
-  result.detail = "no map was judged: only paper and phase_locked have a rate of underruns with a confidence";
-  return result;
+                                       [&](const StrategyRecord& s) { return s.name == name_of(map->kind); });
+    return judge_rate(expectation, scenario, *map, strategy->latency);
+  });
 }
-
-bool is_recovery(std::string_view metric) { return metric == "recovered" || metric.starts_with("recovery_time"); }
 
 /// The recovery of each signal that the pattern matches.
 std::vector<std::pair<std::string, Recovery>> recoveries(const RunRecord& run, const std::string& pattern) {
@@ -220,11 +250,6 @@ std::vector<std::pair<std::string, Recovery>> recoveries(const RunRecord& run, c
     }
   }
   return found;
-}
-
-void make_error(ExpectationResult& result, const std::string& detail) {
-  result.verdict = Verdict::error;
-  result.detail = detail;
 }
 
 /// For a signal that never recovers. Says why. The signal fails a minimum too, because "never" is no time. Takes back a
@@ -304,7 +329,9 @@ std::string_view remedy_of(SaturationCause cause) {
 
 ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
                            const Metrics& metrics) {
-  return judge_expectation(expectation, scenario, nominal, metrics, {});
+  Metrics known = metrics;
+  std::erase_if(known, [&](const auto& signal) { return !signal.second.contains(expectation.metric); });
+  return judge_expectation(expectation, scenario, nominal, known, {});
 }
 
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
@@ -316,7 +343,7 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& 
       continue;
     }
     ExpectationResult& result = results.emplace_back(
-        expectation.confidence ? judge_rates(expectation, scenario, run)
+        expectation.confidence ? judge_rates(expectation, scenario, run, metrics)
                                : judge_expectation(expectation, scenario, run.nominal, metrics, saturated));
     if (is_recovery(expectation.metric)) judge_recovery(expectation, scenario, run, result);
     if (result.verdict == Verdict::fail && !expectation.confidence) add_place(expectation, scenario, run, result);

@@ -14,6 +14,7 @@
 namespace evenstep::internal {
 
 /// One result per expectation, in the order of the file. A signal with `*` is judged by the worst of the signals it matches.
+/// One of them that could have the metric and has no value is the worst: an error, as if it were named.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics);
 
 /// Whether a signal has this form; `*` stands for any single part.
@@ -23,7 +24,8 @@ bool matches(const std::string& pattern, const std::string& signal);
 bool reaches(const Expectation& condition, const Scenario& scenario, const Nominal& nominal, const Metrics& metrics);
 /// What to do about a saturated signal.
 std::string_view remedy_of(SaturationCause cause);
-/// One expectation, judged by these measures: an error if they have no value for it.
+/// One expectation, judged by what is known: signals for which these measures have no value are left out, and it is an error
+/// if none is left.
 ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
                            const Metrics& metrics);
 

@@ -26,7 +26,7 @@ std::string problem(Verdict verdict, const std::string& message, const std::stri
 }
 
 std::string testcase(const JunitSuite& suite, const ExpectationResult& result) {
-  const std::string name = fmt::format("{} {} {}", result.signal, result.metric, limit_text(result));
+  const std::string name = fmt::format("{} {} {}", result.pattern, result.metric, limit_text(result));
   std::string xml = fmt::format("    <testcase{}{}{}{}", attribute("name", name), attribute("classname", suite.scenario),
                                 attribute("file", result.file), attribute("line", fmt::format("{}", result.line)));
   if (result.verdict == Verdict::pass) return xml + "/>\n";

@@ -46,7 +46,8 @@ Json json_of(const ExpectationResult& result) {
           {"detail", result.detail},
           {"where", result.where},
           {"first", json_of(result.first)},
-          {"worst", json_of(result.worst)}};
+          {"worst", json_of(result.worst)},
+          {"pattern", result.pattern}};
 }
 
 Json json_of(const std::map<std::string, double>& values) {

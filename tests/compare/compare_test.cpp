@@ -174,6 +174,66 @@ TEST_CASE("an expectation keeps its name when its limit is changed, and that is 
   CHECK_FALSE(compared(b, a, {"margin < -10 %"}).holds());
 }
 
+namespace {
+
+/// Two devices, and an expectation on the worst of both.
+RunSummary with_pattern(double left, double right, double max) {
+  RunSummary run = run_named("x");
+  run.metrics["left.force.paper"] = {{"jump_max", left}};
+  run.metrics["right.force.paper"] = {{"jump_max", right}};
+  ExpectationResult& expectation = run.expectations[0];
+  expectation.signal = left > right ? "left.force.paper" : "right.force.paper";
+  expectation.pattern = "*.force.paper";
+  expectation.metric = "jump_max";
+  expectation.unit = "N";
+  expectation.value = std::max(left, right);
+  expectation.max = max;
+  expectation.file = "s/x.toml";
+  expectation.line = 12;
+  expectation.verdict = std::max(left, right) <= max ? Verdict::pass : Verdict::fail;
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("expectations are paired as they are written, whichever signal is the worst of those that a star matches") {
+  const RunSummary a = with_pattern(3, 1, 5), b = with_pattern(1, 2, 5);
+  const ComparisonRecord better = compared(a, b, {"verdict", "missing", "margin < -1 %"});
+  CHECK(better.holds());
+  REQUIRE(figure(better, "margin") != nullptr);
+  CHECK(figure(better, "margin")->signal == "*.force.paper");
+  CHECK(figure(better, "margin")->change == Change::better);
+  CHECK(figure(better, "verdict") == nullptr);
+  CHECK_FALSE(compared(b, a, {"margin < -1 %"}).holds());
+  CHECK_FALSE(compared(a, with_pattern(1, 6, 5)).holds());
+  CHECK_THAT(notes(compared(a, with_pattern(1, 2, 4))), Contains("another limit on *.force.paper: A jump_max <= 5 N"));
+}
+
+TEST_CASE("a condition on a signal judges the margin of a pattern that may be about it") {
+  const RunSummary a = with_pattern(1, 2, 5), b = with_pattern(3, 1, 5);
+  for (const char* condition :
+       {"left.force.paper margin < -1 %", "paper margin < -1 %", "* margin < -1 %", "*.force.* margin < -1 %"}) {
+    INFO(condition);
+    CHECK(compared(a, b, {condition}).conditions.at(0).broken == 1);
+  }
+  for (const char* condition : {"left.buffers.paper margin < -1 %", "direct margin < -1 %", "run margin < -1 %"}) {
+    INFO(condition);
+    CHECK(compared(a, b, {condition}).conditions.at(0).judged == 0);
+  }
+}
+
+TEST_CASE("an older summary without patterns is paired by the place of the expectation, and by the signal if that moved") {
+  RunSummary a = with_pattern(3, 1, 5), b = with_pattern(1, 2, 5);
+  a.expectations[0].pattern.clear();
+  CHECK(compared(a, b).holds());
+  CHECK(compared(b, a).holds());
+  b.expectations[0].line = 13;
+  CHECK_FALSE(compared(a, b).holds());
+  b = with_pattern(2, 1, 5);
+  b.expectations[0].pattern.clear();
+  CHECK(compared(a, b, {"verdict", "missing"}).holds());
+}
+
 TEST_CASE("runs are compared by the place in their folder, then by their scenario's file") {
   RunSummary x = run_named("x"), y = run_named("y"), moved = run_named("y");
   moved.name = "elsewhere/y";

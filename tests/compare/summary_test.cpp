@@ -81,6 +81,9 @@ TEST_CASE("what summary_json writes is read back") {
   CHECK(run.expectations.size() == synthetic::nasty_results().size());
   CHECK(run.expectations[0].min == 4);
   CHECK_FALSE(run.expectations[0].max);
+  CHECK(run.expectations[0].pattern == "left.interaction.direct");
+  CHECK(run.expectations[0].file == "scenarios/a&b.toml");
+  CHECK(run.expectations[0].line == 12);
   CHECK_FALSE(run.metrics.at("left.interaction.direct").at("velocity_jump"));  // a NaN position
   CHECK(run.metrics.at("left.interaction.paper").at("velocity_jump").value() < 1e-9);
   CHECK(run.strategies.at("paper").solver == synthetic::kNastyText);

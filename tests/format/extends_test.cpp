@@ -39,6 +39,89 @@ TEST_CASE("A file wins over its bases, later bases over earlier ones, tables mer
   CHECK(describe(*again) == describe(s));
 }
 
+namespace {
+
+/// Which file each expectation comes from, in order, with its line.
+std::string expectations_of(const ReadResult& result) {
+  INFO(errors_of(result));
+  REQUIRE(result);
+  std::string all;
+  for (const Expectation& one : result->expectations)
+    all += fmt::format("{}:{} ", std::filesystem::path(one.place.file).filename().string(), one.place.line);
+  return all;
+}
+
+/// The notes, one per line, with file names cut to their last part.
+std::string notes_of(const ReadResult& result, const Folder& folder) {
+  INFO(errors_of(result));
+  REQUIRE(result);
+  std::string all;
+  for (const Diagnostic& note : result->notes) all += fmt::format("{}:{}: {}\n", note.file, note.line, note.message);
+  for (std::size_t at = 0; (at = all.find(folder.path(""))) != std::string::npos;) all.erase(at, folder.path("").size());
+  return all;
+}
+
+std::string extending(const std::string& files, const std::string& rest = "") {
+  return "format = 1\nextends = [" + files + "]\n" + rest;
+}
+
+const std::string kAppended = "[[expect_append]]\nsignal = \"run\"\nmetric = \"judged_s\"\nmin = 0\n";
+
+}  // namespace
+
+TEST_CASE("What expect_append adds in any of the files stays, in their order, whatever the files beside it say") {
+  const Folder folder;
+  folder.write("base.toml", kSpring);
+  folder.write("one.toml", extending("\"base.toml\"", kAppended));
+  folder.write("two.toml", extending("\"base.toml\"", kAppended));
+  const auto expectations = [&](const std::string& files, const std::string& rest = "") {
+    return expectations_of(read_scenario(folder.write("top.toml", extending(files, rest))));
+  };
+  CHECK(expectations("\"one.toml\", \"two.toml\"") == "base.toml:18 one.toml:3 two.toml:3 ");
+  CHECK(expectations("\"two.toml\", \"one.toml\"", kAppended) == "base.toml:18 two.toml:3 one.toml:3 top.toml:3 ");
+  // A fragment has no expectations that its own could be added to.
+  folder.write("fragment.toml", "format = 1\n" + kAppended);
+  CHECK(expectations("\"fragment.toml\", \"base.toml\"") == "base.toml:18 fragment.toml:2 ");
+  CHECK(expectations("\"base.toml\", \"fragment.toml\"") == "base.toml:18 fragment.toml:2 ");
+  // A file that comes in twice adds once.
+  folder.write("three.toml", extending("\"one.toml\"", kAppended));
+  CHECK(expectations("\"one.toml\", \"three.toml\"") == "base.toml:18 one.toml:3 three.toml:3 ");
+  // [[expect]] replaces the [[expect]] of the bases and nothing else.
+  CHECK(expectations("\"one.toml\"", "[[expect]]\nsignal = \"run\"\nmetric = \"judged_s\"\nmin = 0\n") ==
+        "top.toml:3 one.toml:3 ");
+}
+
+TEST_CASE(
+    "A list of tables that another file replaces is named, and so is a value that a file which comes in again takes back") {
+  const Folder folder;
+  folder.write("base.toml", kSpring);
+  folder.write("one.toml", extending("\"base.toml\"", kAppended));
+  const std::string device = "[[device]]\nname = \"left\"\nrate = \"500 Hz\"\nmotion = { kind = \"still\" }\n";
+  folder.write("two.toml", extending("\"base.toml\"", device));
+  const auto notes = [&](const std::string& files, const std::string& rest = "") {
+    return notes_of(read_scenario(folder.write("top.toml", extending(files, rest))), folder);
+  };
+  CHECK(notes("\"base.toml\", \"one.toml\"") == "");
+  CHECK(notes("\"base.toml\"", "tags = [\"a\"]\ntiming.steps = [10]\n") == "");
+  CHECK(notes("\"two.toml\"") ==
+        "two.toml:3: 'device' replaces the list of 1 at base.toml:15:1, because lists are not joined\n");
+  // A file that comes in twice says it once.
+  folder.write("three.toml", extending("\"two.toml\""));
+  CHECK(notes("\"two.toml\", \"three.toml\"") == notes("\"two.toml\""));
+  // The second file brings in the list of its own base again, and so the first one's is lost.
+  CHECK(notes("\"two.toml\", \"one.toml\"") ==
+        notes("\"two.toml\"") +
+            "base.toml:15: 'device' replaces the list of 1 at two.toml:3:1, because this file comes in once "
+            "more after that one\n");
+  folder.write("steps.toml", extending("\"base.toml\"", "timing.steps = 10\n"));
+  CHECK(notes("\"steps.toml\", \"one.toml\"") ==
+        "base.toml:11: 'steps' replaces 10 at steps.toml:3:16, because this file comes in once more after that one\n");
+  CHECK(notes("\"one.toml\", \"steps.toml\"") == "");
+  CHECK_THAT(notes("\"one.toml\"", "[[expect]]\nsignal = \"run\"\nmetric = \"judged_s\"\nmin = 0\n"),
+             Contains("top.toml:3: 'expect' replaces the list of 1 at base.toml:18:1") &&
+                 Contains("[[expect_append]] would add to it"));
+}
+
 TEST_CASE("An error in a base file is reported at the base's line, one of the file that extends it at its own") {
   const Folder folder;
   std::string base = kSpring;
@@ -110,6 +193,21 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
   CHECK(read_text(kSpring, {{}, 99})->seed == 99);
   CHECK(read_text(kSpring, {{}, 99})->timing.programmed.seed == 99);
   CHECK_THAT(with({"timing.visualization=22.2 ms"}).resolved_toml, Contains("22.2 ms"));
+}
+
+TEST_CASE("An assignment that would take the effect of another one is refused, unless the same path is given again") {
+  const auto error = [](std::vector<std::string> set) { return errors_of(read_text(kTissue, {std::move(set), {}})); };
+  CHECK_THAT(
+      error({"device.left.rate=500 Hz", "device.0.rate=1 kHz"}),
+      Contains("--set device.0.rate=1 kHz: error: sets again what --set device.left.rate=500 Hz has set, which has no "
+               "effect then; remove one of them"));
+  CHECK_THAT(error({"device.00.rate=500 Hz", "device.0.rate=1 kHz"}), Contains("remove one of them"));
+  CHECK_THAT(
+      error({"timing.jitter.step=lognormal 10 %", "timing.jitter={ visualization = \"lognormal 10 %\" }"}),
+      Contains("sets again what --set timing.jitter.step=lognormal 10 % has set") && Contains("write this one first"));
+  CHECK(error({"timing.jitter={ visualization = \"lognormal 10 %\" }", "timing.jitter.step=lognormal 10 %"}) == "");
+  CHECK(error({"timing.steps=10", "timing.visualization=11 ms", "device.0.rate=1 kHz", "device.1.rate=1 kHz"}) == "");
+  CHECK(error({"device.0.rate=500 Hz", "device.0.rate=1 kHz"}) == "");
 }
 
 TEST_CASE("An element whose name begins with a digit is found by its name, and a number alone is an index") {

@@ -63,6 +63,63 @@ TEST_CASE("under a lower limit the worst of a star's signals is the smallest: on
   CHECK(both.results[0].signal == "left.interaction.direct");
 }
 
+TEST_CASE("a signal that a star matches and that could have the metric is never left out: without a value it is an error") {
+  // Segments of one second: a map acquires until it has seen a complete one, so in this run its steps are not judged.
+  const auto judged = [](const std::string& signal) {
+    const RunOutcome outcome =
+        run_scenario(read("paper/figure-1-spring.toml",
+                          {"run.duration=\"0.9 s\"", "run.warmup=\"0 s\"", "run.strategies=[\"direct\", \"paper\"]",
+                           "timing.segment=\"1 Hz\"", "timing.steps=450",
+                           "expect=[{ signal = \"" + signal + "\", metric = \"back_steps\", max = 1000 }]"}),
+                     {});
+    INFO(outcome.failure);
+    REQUIRE(outcome.results.size() == 1);
+    return outcome.results[0];
+  };
+  CHECK(judged("left.interaction.direct").verdict == ExpectationResult::Verdict::pass);
+  CHECK(judged("left.interaction.paper").verdict == ExpectationResult::Verdict::error);
+  for (const char* pattern : {"left.interaction.*", "*.interaction.*", "left.*.paper"}) {
+    INFO(pattern);
+    const ExpectationResult result = judged(pattern);
+    CHECK(result.verdict == ExpectationResult::Verdict::error);
+    CHECK(result.signal == "left.interaction.paper");
+    CHECK_THAT(result.detail, Catch::Contains("no sample was judged") && Catch::Contains(pattern));
+  }
+}
+
+TEST_CASE("an error under a star is never hidden by a known fault") {
+  // direct fails its limit by an infinite factor, as it is expected to; paper has no value.
+  const RunOutcome outcome = run_scenario(
+      read(
+          "paper/figure-1-spring.toml",
+          {"run.duration=\"0.9 s\"", "run.warmup=\"0 s\"", "run.strategies=[\"direct\", \"paper\"]",
+           "timing.segment=\"1 Hz\"", "timing.steps=450",
+           "expect=[{ signal = \"left.interaction.*\", metric = \"latency_max\", min = \"1e300 s\", expect_fail = true }]"}),
+      {});
+  REQUIRE(outcome.results.size() == 1);
+  CHECK(outcome.results[0].verdict == ExpectationResult::Verdict::error);
+}
+
+TEST_CASE("a rate of underruns with a confidence is an error for a strategy without a map, also under a star") {
+  const auto judged = [](const std::string& signal) {
+    return outcome_of("{ signal = \"" + signal + "\", metric = \"underrun_rate\", max = 0.5, confidence = \"95 %\" }")
+        .results.at(0);
+  };
+  CHECK(judged("left.buffers.phase_locked").verdict == ExpectationResult::Verdict::pass);
+  for (const char* signal : {"left.buffers.direct", "left.buffers.*"}) {
+    INFO(signal);
+    CHECK(judged(signal).verdict == ExpectationResult::Verdict::error);
+    CHECK(judged(signal).signal == "left.buffers.direct");
+  }
+}
+
+TEST_CASE("the result of a star has the signal that was judged and the one that was written") {
+  const RunOutcome outcome =
+      outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", max = \"1e-6 step\" }");
+  CHECK(outcome.results.at(0).signal == "left.interaction.direct");
+  CHECK(outcome.results.at(0).pattern == "left.interaction.*");
+}
+
 namespace {
 
 /// 10 % jitter, with a lead and a latency for which either nothing is late or everything is.
@@ -132,15 +189,19 @@ TEST_CASE("an unknown metric, or the unit step without a speed, is a scenario er
 TEST_CASE("energy and ideal twin are computed for the strategies that an expectation asks about, and for no other") {
   std::vector<std::string> set = small_tissue("cpu");
   set.push_back("run.duration=\"0.45 s\"");
-  const auto run = [&](const std::string& energy, const std::string& twin) {
+  const auto run = [&](const std::string& energy, const std::vector<std::string>& twins) {
     std::vector<std::string> asked = set;
-    asked.push_back("expect=[{ signal = \"" + energy + "\", metric = \"energy_growth\", max = 1 }, { signal = \"" + twin +
-                    "\", metric = \"deviation_from_ideal\", max = \"1 N\" }]");
+    std::string expect = "expect=[{ signal = \"" + energy + "\", metric = \"energy_growth\", max = 1 }";
+    for (const std::string& twin : twins)
+      expect += ", { signal = \"" + twin + "\", metric = \"deviation_from_ideal\", max = \"1 N\" }";
+    asked.push_back(expect + "]");
     RunOutcome outcome = run_scenario(read("paper/figure-1.toml", asked), {});
     CHECK(outcome.exit == ExitCode::pass);
     return outcome;
   };
-  const RunOutcome all = run("solver.*", "*.force.*"), some = run("solver.paper", "right.force.paper");
+  // `ideal` has no twin, so "*.force.*" would be an error.
+  const RunOutcome all = run("solver.*", {"*.force.direct", "*.force.paper", "*.force.phase_locked"}),
+                   some = run("solver.paper", {"right.force.paper"});
   for (const char* name : {"ideal", "direct", "paper", "phase_locked"}) {
     INFO(name);
     const std::string solver = std::string("solver.") + name, force = std::string("right.force.") + name;

@@ -82,6 +82,18 @@ TEST_CASE("A limit longer than what is left of a run that has not recovered is a
   CHECK_THAT(open.detail, Contains("to judge this limit the run must last at least"));
 }
 
+TEST_CASE("Under a star a signal that never recovers fails a minimum, whatever the others do") {
+  // Without a lead samples are missing in every segment of the map, and direct does not care.
+  const auto judged_minimum = [](const std::string& signal) {
+    return judged({"run.duration=\"8 s\"", "run.strategies=[\"direct\", \"phase_locked\"]", "remap.lead=\"0 ms\"",
+                   "expect=[{ signal = \"" + signal + "\", metric = \"recovery_time\", min = \"0 ns\" }]"});
+  };
+  CHECK(judged_minimum("left.force.direct").verdict == Verdict::pass);
+  CHECK(judged_minimum("left.force.phase_locked").verdict == Verdict::fail);
+  CHECK(judged_minimum("left.force.*").verdict == Verdict::fail);
+  CHECK(judged_minimum("left.force.*").signal == "left.force.phase_locked");
+}
+
 TEST_CASE("An expectation of recovery without a fault is an error before the run") {
   const RunOutcome outcome =
       run_scenario(read("paper/figure-1-spring.toml", {"expect=[" + wants("max = \"1 s\"") + "]"}), {});

@@ -55,7 +55,8 @@ TEST_CASE("summary.json opens as the design says") {
         "\"metric\":\"velocity_jump\","
         "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
         "false,\"because\":\"\","
-        "\"detail\":\"\",\"where\":\"\",\"first\":null,\"worst\":null}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},"
+        "\"detail\":\"\",\"where\":\"\",\"first\":null,\"worst\":null,\"pattern\":\"left.interaction.direct\"}],\"metrics\":"
+        "{\"run\":{\"a\":1.5,\"b\":null}},"
         "\"saturated\":{},\"latency\":{},\"strategies\":{},\"growth\":{},\"bins\":{},\"left_"
         "out\":[],\"failure\":\"\"}\n");
 }

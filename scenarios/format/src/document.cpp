@@ -72,6 +72,11 @@ std::string as_written(const Value& value) {
   }
 }
 
+void Errors::note(const Place& place, std::string message) {
+  Diagnostic note{place.file, place.line, place.column, std::move(message)};
+  if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
+}
+
 std::vector<Diagnostic> Errors::sorted(const std::string& first_file) const {
   std::vector<Diagnostic> out = list_;
   std::stable_sort(out.begin(), out.end(), [&](const Diagnostic& a, const Diagnostic& b) {

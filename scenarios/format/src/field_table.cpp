@@ -84,7 +84,7 @@ const std::vector<Field>& top_fields() {
        .key = "expect_append",
        .forms = kTable,
        .shape = Shape::list,
-       .meaning = "Expectations added to those of the files named in `extends`."},
+       .meaning = "Expectations added to `expect`; those of all files in `extends` stay."},
       {.table = "",
        .key = "sometimes",
        .forms = kTable,

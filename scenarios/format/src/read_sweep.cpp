@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "evenstep/format/load.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
 #include "field_rows.h"
@@ -139,6 +140,20 @@ void append_range(const Table& range, std::string_view path, std::vector<std::st
   }
 }
 
+/// Adds an error for each axis that sets a key of an earlier one, or one within or around it: one of the two would have no
+/// effect, and its values would count as points of their own all the same.
+void check_keys(const Value& document, const std::vector<SweepAxis>& grid, Errors& errors) {
+  std::vector<std::string> keys;
+  for (const SweepAxis& axis : grid) {
+    keys.push_back(indexed_path(document, axis.path));
+    for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+      if (is_within(keys.back(), keys[i]) || is_within(keys[i], keys.back()))
+        errors.add(axis.place,
+                   fmt::format("'{}' sets what '{}' of this grid sets; remove one of them", axis.path, grid[i].path));
+    }
+  }
+}
+
 std::string refusal(std::string_view path) {
   if (path == "run.faults_off")
     return "'run.faults_off' cannot be part of a grid: what is switched off is another scenario; write two, or [sweep] "
@@ -246,6 +261,7 @@ void read_sweep(ScenarioReading& reading) {
   if (const Value* grid = written->find("grid")) {
     for (const Entry& entry : grid->table) spec.grid.push_back(read_axis(entry, errors));
   }
+  check_keys(reading.document, spec.grid, errors);
   __int128 points = static_cast<__int128>(spec.seeds.size());
   for (const SweepAxis& axis : spec.grid)
     points = std::min<__int128>(points * static_cast<__int128>(axis.values.size()), INT64_MAX);

@@ -35,7 +35,7 @@ void make_paths_absolute(Value& document) {
 void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
   const Place place{"--seed", 0, 0};
   if (seed > INT64_MAX) return errors.add(place, fmt::format("{} is out of range; it must be at most {}", seed, INT64_MAX));
-  apply_override(document, fmt::format("run.seed={}", seed), errors);
+  set_value(document, "run.seed", integer_value(static_cast<std::int64_t>(seed), place), errors);
 }
 
 /// Adds an error if the scene has nothing that can be drawn.
@@ -224,7 +224,7 @@ CommandFiles files_of_command(Value& document) {
 Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors) {
   Value document = load_document(path, errors);
   if (errors.any()) return document;
-  for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
+  apply_overrides(document, options.set, errors);
   if (options.seed) set_seed(document, *options.seed, errors);
   resolve_libraries(document, errors);
   set_directory(document);
@@ -254,7 +254,9 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
   if (errors.any()) return Failure(errors.sorted(path));
-  return read_document(std::move(document), path, options.registry, options.real_time);
+  ReadResult result = read_document(std::move(document), path, options.registry, options.real_time);
+  if (result) result->notes = errors.notes();
+  return result;
 }
 
 }  // namespace evenstep

@@ -77,6 +77,36 @@ TEST_CASE("What is wrong with a sweep is named with its place") {
   CHECK(errors("[sweep]\nseeds = \"0..3\"\n").empty());
 }
 
+TEST_CASE("Two axes that set the same key, or one within the other, are refused: one of them would have no effect") {
+  const auto grid = [](const std::string& lines) { return errors("[sweep.grid]\n" + lines + "\n"); };
+  CHECK_THAT(grid("\"device.left.rate\" = [\"1 kHz\", \"2 kHz\"]\n\"device.0.rate\" = [\"500 Hz\", \"1 kHz\"]"),
+             Contains("x.toml:15:1: error: 'device.0.rate' sets what 'device.left.rate' of this grid sets; remove one"));
+  for (const char* lines : {"\"timing.steps\" = [[10, 15], [12, 15]]\n\"timing.steps.0\" = [10, 12]",
+                            "\"timing.steps.0\" = [10, 12]\n\"timing.steps\" = [[10, 15], [12, 15]]"}) {
+    INFO(lines);
+    CHECK_THAT(grid(lines), Contains("x.toml:15:1: error: '") && Contains("of this grid sets; remove one of them"));
+  }
+  CHECK(grid("\"remap.latency\" = [\"20 ms\"]\n\"timing.steps\" = [10]\n\"device.0.rate\" = [\"1 kHz\"]") == "");
+}
+
+TEST_CASE("An assignment that every point of a sweep sets itself is refused, because it would have no effect") {
+  Folder folder;
+  const std::string file = folder.write(
+      "x.toml", test::small_scenario("[sweep]\nseeds = \"0..2\"\ngrid = { \"device.left.rate\" = [\"1 kHz\"] }\n"));
+  const auto sweep_with = [&](const std::string& assignment) {
+    SweepOptions options;
+    options.set = {assignment};
+    options.folder = folder / "out";
+    std::string all;
+    for (const Diagnostic& error : run_sweep(file, options).errors) all += text(error) + "\n";
+    return all;
+  };
+  CHECK_THAT(sweep_with("device.0.rate=500 Hz"),
+             Contains("--set device.0.rate=500 Hz: error: has no effect: every point takes this from [sweep.grid]"));
+  CHECK_THAT(sweep_with("run.seed=7"), Contains("--set run.seed=7: error: has no effect: [sweep] has seeds"));
+  CHECK(sweep_with("timing.steps=14") == "");
+}
+
 TEST_CASE("What a sweep finds must be a key of its grid with rising values, and its gate one of them") {
   const auto find = [](const std::string& values, const std::string& line) {
     return errors(fmt::format("[sweep.grid]\n\"remap.latency\" = {}\n[sweep.find]\n{}\n", values, line));

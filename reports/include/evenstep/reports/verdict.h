@@ -33,6 +33,9 @@ struct ExpectationResult {
   /// and the same in words, with what would help if that is known: "late first at step 960, 2.000 s, by 6.66 ms; ...".
   std::optional<FailurePlace> first = {}, worst = {};
   std::string where = {};
+  /// The signal as written. Where it has a `*`, `signal` is the worst of those that it matches, which may be another one in
+  /// the next run.
+  std::string pattern = {};
 };
 
 /// The worst of several verdicts: error > fail > degraded > pass > skipped. `skipped` if nothing was judged.

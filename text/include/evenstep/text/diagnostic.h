@@ -11,12 +11,14 @@ namespace evenstep {
 struct Place {
   std::string file;
   std::int64_t line = 0, column = 0;
+  bool operator==(const Place&) const = default;
 };
 
 struct Diagnostic {
   std::string file;
   std::int64_t line = 0, column = 0;  ///< 0: the whole file
   std::string message;                ///< "unknown key 'vsi' in [timing]; did you mean 'visualization'?"
+  bool operator==(const Diagnostic&) const = default;
 };
 
 /// "scenarios/x.toml:12:1: error: unknown key …"

@@ -48,13 +48,16 @@ class Errors {
   void add(const Place& place, std::string message) {
     list_.push_back({place.file, place.line, place.column, std::move(message)});
   }
+  /// Something that is allowed, but that may not be meant; each is kept once.
+  void note(const Place& place, std::string message);
   bool any() const { return !list_.empty(); }
   std::size_t count() const { return list_.size(); }
   /// All errors by position, those of `first_file` first.
   std::vector<Diagnostic> sorted(const std::string& first_file) const;
+  const std::vector<Diagnostic>& notes() const { return notes_; }
 
  private:
-  std::vector<Diagnostic> list_;
+  std::vector<Diagnostic> list_, notes_;
 };
 
 /// Parses the text of a file into its table. Syntax errors, duplicate keys and bytes that are not UTF-8 are errors with a

@@ -336,7 +336,8 @@ struct Scenario {
   std::optional<ExpectStop> expect_stop;
 
   NominalUnits nominal;
-  std::string resolved_toml;  ///< the merged table, for resolved.toml
+  std::string resolved_toml;      ///< the merged table, for resolved.toml
+  std::vector<Diagnostic> notes;  ///< of what is allowed, but may not be meant: lists that another file replaced
 };
 
 /// The expectations and the conditions of [[sometimes]]: everything that asks for a figure of the run.
