@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "check.h"
 #include "evenstep/format/reader.h"
 #include "evenstep/text/suggest.h"
 
