@@ -148,14 +148,19 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
     json["lead_any_phase_ns"] = any.lead.ns;
     json["latency_this_phase_ns"] = here.latency.ns;
     json["lead_this_phase_ns"] = here.lead.ns;
-    json["samples_missing"] = plan.predicted_interaction_underruns;
-    json["forces_late"] = plan.predicted_late_forces;
+    StrategyPlan::Predicted worst;
+    for (const StrategyPlan::Predicted& device : plan.predicted) {
+      worst.interaction_underruns = std::max(worst.interaction_underruns, device.interaction_underruns);
+      worst.late_forces = std::max(worst.late_forces, device.late_forces);
+    }
+    json["samples_missing"] = worst.interaction_underruns;
+    json["forces_late"] = worst.late_forces;
     lines += fmt::format(
-        "               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step "
-        "{})\n",
+        "               least: any device phase {:.6f} ms (least lead {:.6f}, step {}), this phase {:.6f} ms "
+        "(least lead {:.6f}, step {})\n",
         ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
-    lines += fmt::format("               with these: {} samples missing, {} forces late\n",
-                         plan.predicted_interaction_underruns, plan.predicted_late_forces);
+    lines += fmt::format("               with these: {} samples missing, {} forces late\n", worst.interaction_underruns,
+                         worst.late_forces);
   }
   facts.add_to_list("strategies", std::move(json), lines);
 }

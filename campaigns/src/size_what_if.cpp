@@ -106,13 +106,13 @@ class Rows {
     options.emission = setup_.emission;
     options.start = options.most = least.latency;
     options.least = std::min(std::max(least.lead, Duration{}), least.latency);
-    AdaptiveLatency latency(options);
+    RunningEmissions emissions(least.lead, AdaptiveLatency(options));
     std::int64_t sum_ns = 0, steps = 0, late = 0;
     each_mapped_step(setup_, kind, segments, [&](std::span<const MappedStep> mapped) {
       for (const MappedStep& step : mapped) {
-        const RealTime read = step.slot - least.lead, due = latency.emission(read, step.end);
-        sum_ns += (due - read).ns;
-        late += step.end > due ? 1 : 0;
+        const StepEmission force = emissions.next(step);
+        sum_ns += (force.at - force.slot.read).ns;
+        late += force.late(setup_.emission).ns > 0;
         ++steps;
       }
     });

@@ -15,37 +15,38 @@ namespace {
 
 double nearest_s(Duration d) { return static_cast<double>(d.ns) / 1e9; }
 
-/// The judged steps that `is_bad`, each with how late it is; and by how much the latest one is late.
+/// The judged steps with a lateness, and the largest.
 struct BadSteps {
   MetricSamples samples;
   Duration most;
 };
 template <class Lateness>
-BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const std::vector<bool>& is_bad, const char* word,
-                   Lateness lateness) {
+BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const char* word, Lateness lateness) {
   BadSteps found{{MetricSamples::Kind::count, "step", word, {}, {plan.lead, plan.latency}}, {}};
-  for (std::size_t i = 0; i < is_bad.size(); ++i) {
+  for (std::size_t i = 0; i < plan.sizing.steps.size(); ++i) {
     const MappedStep& step = plan.sizing.steps[i];
-    if (!is_bad[i] || step.begin < RealTime{scenario.warmup.ns}) continue;
-    const Duration late = lateness(step);
+    const Duration late = lateness(i);
+    if (late.ns <= 0 || step.begin < RealTime{scenario.warmup.ns}) continue;
     found.most = std::max(found.most, late);
     found.samples.samples.push_back({step.step, step.begin, plan.adapts ? NAN : nearest_s(late)});
   }
   return found;
 }
 
-/// Forces that will be late. If the latency adapts, it is not said how late.
-MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan) {
-  const std::vector<bool> late = late_forces(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan));
-  auto [found, most] = bad_steps(scenario, plan, late, "late",
-                                 [&](const MappedStep& step) { return step.end - (step.slot - plan.lead + plan.latency); });
+/// Forces of this device that will be late. If the latency adapts, it is not said how late.
+MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  const std::vector<Duration> late =
+      force_lateness(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan), device.emission);
+  auto [found, most] = bad_steps(scenario, plan, "late", [&](std::size_t i) { return late[i]; });
   if (!plan.adapts) late_by(found, most);
   return found;
 }
 
 MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, const SamplingGrid& grid) {
   const std::vector<bool> missing = interaction_underruns(plan.sizing.steps, grid, plan.lead);
-  auto [found, most] = bad_steps(scenario, plan, missing, "missing its sample", [&](const MappedStep& step) {
+  auto [found, most] = bad_steps(scenario, plan, "missing its sample", [&](std::size_t i) {
+    if (!missing[i]) return Duration{};
+    const MappedStep& step = plan.sizing.steps[i];
     // The newest sample at the step's begin.
     const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin - grid.age + Duration{1}, grid.origin);
     return step.slot - plan.lead - tick_time(grid.rate, next - 1, grid.origin);
@@ -68,9 +69,9 @@ struct Foreseen {
 void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& foreseen) {
   const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  const MetricSamples late = late_of(scenario, plan);
   for (std::size_t d = 0; d < grids.size(); ++d) {
     const std::string device = scenario.devices[d].name, strategy = name_of(plan.kind);
+    const MetricSamples late = late_of(scenario, plan, scenario.devices[d]);
     for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
@@ -84,12 +85,13 @@ void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& fo
 }
 
 void add_sizes(const Scenario& scenario, const StrategyPlan& plan, Foreseen& foreseen) {
-  for (const DeviceSpec& device : scenario.devices) {
-    std::map<std::string, double>& buffers = foreseen.metrics[device.name + ".buffers." + name_of(plan.kind)];
+  for (std::size_t d = 0; d < plan.predicted.size(); ++d) {
+    const std::string signal = scenario.devices[d].name + ".buffers." + name_of(plan.kind);
+    std::map<std::string, double>& buffers = foreseen.metrics[signal];
     buffers["interaction_capacity"] = static_cast<double>(plan.interaction_capacity);
     buffers["force_capacity"] = static_cast<double>(plan.force_capacity);
-    buffers["predicted_interaction_underruns"] = static_cast<double>(plan.predicted_interaction_underruns);
-    buffers["predicted_late_forces"] = static_cast<double>(plan.predicted_late_forces);
+    buffers["predicted_interaction_underruns"] = static_cast<double>(plan.predicted[d].interaction_underruns);
+    buffers["predicted_late_forces"] = static_cast<double>(plan.predicted[d].late_forces);
     buffers["lead"] = nearest_s(plan.lead);
     buffers["latency"] = nearest_s(plan.latency);
     buffers["latency_any_phase"] = nearest_s(plan.sizing.any_phase.latency);

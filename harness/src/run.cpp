@@ -497,7 +497,6 @@ Nominal nominal_of(const Scenario& scenario) {
     named.name = device.name;
     named.rate = device.rate;
     named.first_tick = RealTime{device.phase.ns};
-    named.hold_emission = device.emission == Emission::hold;
     named.force_delay = device.force_delay;
     named.feels_force = device.hand.has_value();
     if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;

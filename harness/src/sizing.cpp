@@ -208,17 +208,17 @@ AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan) {
 
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
   AdaptationForecast forecast;
-  AdaptiveLatency latency = latency_of(map_setup(scenario), plan);
+  RunningEmissions emissions(plan.lead, latency_of(map_setup(scenario), plan));
   std::int64_t sum_ns = 0, judged = 0;
   for (const MappedStep& step : plan.sizing.steps) {
-    const RealTime read = step.slot - plan.lead;
-    const Duration scheduled = latency.emission(read, step.end) - read;
+    const StepEmission force = emissions.next(step);
+    const Duration scheduled = force.at - force.slot.read;
     if (step.begin < RealTime{scenario.warmup.ns}) continue;
     ++judged;
     sum_ns += scheduled.ns;
     forecast.largest = std::max(forecast.largest, scheduled);
   }
-  forecast.growths = latency.growths();
+  forecast.growths = emissions.latency().growths();
   if (judged > 0) forecast.mean_s = static_cast<double>(sum_ns) / static_cast<double>(judged) / 1e9;
   return forecast;
 }

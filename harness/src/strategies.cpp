@@ -49,16 +49,18 @@ void set_capacities(const LatencyBudget& rings, StrategyPlan& plan) {
 }
 
 /// Predicts the counts of the judged part of the run.
-void predict_counts(const MapSetup& setup, RealTime judged_from, StrategyPlan& plan) {
+void predict_counts(const Scenario& scenario, const MapSetup& setup, StrategyPlan& plan) {
   const std::vector<MappedStep>& steps = plan.sizing.steps;
+  const RealTime judged_from{scenario.warmup.ns};
   const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
   const std::span<const MappedStep> judged(first, steps.end());
-  for (const SamplingGrid& grid : setup.grids) {
-    plan.predicted_interaction_underruns =
-        std::max(plan.predicted_interaction_underruns, count_interaction_underruns(judged, grid, plan.lead));
+  for (std::size_t d = 0; d < setup.grids.size(); ++d) {
+    const std::vector<Duration> late =
+        force_lateness(steps, plan.lead, latency_of(setup, plan), scenario.devices[d].emission);
+    plan.predicted.push_back(
+        {count_interaction_underruns(judged, setup.grids[d], plan.lead),
+         std::count_if(late.begin() + (first - steps.begin()), late.end(), [](Duration by) { return by.ns > 0; })});
   }
-  const std::vector<bool> late = late_forces(steps, plan.lead, latency_of(setup, plan));
-  plan.predicted_late_forces = std::count(late.begin() + (first - steps.begin()), late.end(), true);
 }
 
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
@@ -67,21 +69,21 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   const RemapSpec& remap = scenario.remap;
   plan.sizing = size_map(setup, scenario.timing, kind);
   plan.lead = chosen(remap.lead, plan.sizing.any_phase.lead, plan.sizing.this_phase.lead);
-  const bool gated = remap.interaction_underrun == InteractionUnderrun::gate;
-  if (gated) plan.sizing = size_gated_map(setup, scenario.timing, kind, plan.lead);
-  const auto& [steps, any, here] = plan.sizing;
-  // The least L is max(E - slot) + c, so another lead changes it by the same amount. That of a gate is for its lead already.
-  const auto with_lead = [&](const LatencyBudget& least) {
-    return gated ? least.latency : least.latency - least.lead + plan.lead;
-  };
-  plan.latency = chosen(remap.latency, with_lead(any), with_lead(here));
+  auto& [steps, any, here] = plan.sizing;
+  if (remap.interaction_underrun == InteractionUnderrun::gate) {
+    plan.sizing = size_gated_map(setup, scenario.timing, kind, plan.lead);
+  } else {
+    // The least L is max(E - slot) + c, so another lead changes it by the same amount.
+    for (LatencyBudget* least : {&any, &here}) least->latency += plan.lead - least->lead;
+  }
+  plan.latency = chosen(remap.latency, any.latency, here.latency);
   plan.adapts = remap.latency.kind == Budget::Kind::adaptive;
   const bool lines = remap.interaction_underrun == InteractionUnderrun::extrapolate;
   const bool force_lines = remap.force_underrun == ForceUnderrun::extrapolate;
   set_capacities(capacities_for(steps, setup.grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
                                 force_lines ? force_window(remap, plan) : Duration{}),
                  plan);
-  predict_counts(setup, RealTime{scenario.warmup.ns}, plan);
+  predict_counts(scenario, setup, plan);
   return plan;
 }
 

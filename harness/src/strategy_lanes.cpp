@@ -44,7 +44,12 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
   for (const DeviceSpec& device : scenario.devices) {
     DeviceRecord& kept = record.devices.emplace_back(empty_device_record(files));
     kept.name = device.name;
+    kept.interpolates = device.emission == Emission::linear;
     kept.loop = loop_record(scenario, plan, device);
+    if (const std::size_t d = record.devices.size() - 1; d < plan.predicted.size()) {
+      kept.predicted_interaction_underruns = plan.predicted[d].interaction_underruns;
+      kept.predicted_late_forces = plan.predicted[d].late_forces;
+    }
   }
   put_memory(scenario, plan, record);
   const auto& [steps, any, here] = plan.sizing;
@@ -58,8 +63,6 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
                     .latency_culprit = any.latency_culprit,
                     .interaction_capacity = static_cast<std::int64_t>(plan.interaction_capacity),
                     .force_capacity = static_cast<std::int64_t>(plan.force_capacity),
-                    .predicted_interaction_underruns = plan.predicted_interaction_underruns,
-                    .predicted_late_forces = plan.predicted_late_forces,
                     .least_entries = plan.least_entries,
                     .adapts = plan.adapts};
   return record;

@@ -29,12 +29,12 @@ class SegmentCount {
 RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& steps, const RateSignal& signal, Duration lead,
                     Duration latency) {
   const std::vector<bool> missing = interaction_underruns(steps, sampling_grids(scenario)[signal.device], lead);
-  const std::vector<bool> late = late_forces(steps, lead, latency);
+  const std::vector<Duration> late = force_lateness(steps, lead, latency, scenario.devices[signal.device].emission);
   SegmentCount count;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i].begin < RealTime{scenario.warmup.ns}) continue;
     const bool hit =
-        (signal.side != UnderrunSide::force && missing[i]) || (signal.side != UnderrunSide::interaction && late[i]);
+        (signal.side != UnderrunSide::force && missing[i]) || (signal.side != UnderrunSide::interaction && late[i].ns > 0);
     count.add(steps[i].segment, hit);
   }
   return count.count();

@@ -97,6 +97,7 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
                            .end = scheduler.now(),
                            .read = slot.read,
                            .emission = emission.at,
+                           .line_from = emission.line_from,
                            .mapped = slot.kind == SlotKind::mapped,
                            .acquiring = slot.kind == SlotKind::acquiring,
                            .lost = emission.lost,
@@ -107,8 +108,9 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
     note(scheduler, solver.response.force_N[device]);
     record_.devices[device].steps.push_back(
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
-    if (emission.late.ns == 0) continue;
-    record_.underruns.push_back({n, device, UnderrunRow::Side::force, emission.late, words_.force});
+    const Duration late = emission.late(record_.devices[device].interpolates ? Emission::linear : Emission::hold);
+    if (late.ns == 0) continue;
+    record_.underruns.push_back({n, device, UnderrunRow::Side::force, late, words_.force});
     seen_.late_forces += watch_ != nullptr;
   }
   if (!watch_) return;
@@ -116,7 +118,9 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   seen_.end = scheduler.now();
   seen_.simulated = solver.simulated();
   seen_.mapped = slot.kind == SlotKind::mapped;
-  seen_.force_margin = emission.at - seen_.end;
+  const bool interpolated = std::any_of(record_.devices.begin(), record_.devices.end(),
+                                        [](const DeviceRecord& device) { return device.interpolates; });
+  seen_.force_margin = emission.deadline(interpolated ? Emission::linear : Emission::hold) - seen_.end;
   watch_->push(seen_);
 }
 

@@ -34,13 +34,14 @@ void add_around(std::set<std::int64_t>& segments, std::int64_t segment, std::int
 
 void add_late(std::set<std::int64_t>& segments, const StrategyRecord& strategy) {
   std::size_t found = 0;
-  const StepRow* latest = nullptr;
-  for (const StepRow& step : strategy.steps) {
-    if (!step.mapped || step.end <= step.emission) continue;
-    if (found++ < kPlaces) add_around(segments, step.segment, 1);
-    if (!latest || step.end - step.emission > latest->end - latest->emission) latest = &step;
+  const UnderrunRow* latest = nullptr;
+  const auto segment_of = [&](const UnderrunRow& row) { return strategy.steps[static_cast<std::size_t>(row.step)].segment; };
+  for (const UnderrunRow& row : strategy.underruns) {
+    if (row.side != UnderrunRow::Side::force) continue;
+    if (found++ < kPlaces) add_around(segments, segment_of(row), 1);
+    if (!latest || row.lateness > latest->lateness) latest = &row;
   }
-  if (latest) add_around(segments, latest->segment, kAround);
+  if (latest) add_around(segments, segment_of(*latest), kAround);
 }
 
 }  // namespace

@@ -102,26 +102,24 @@ void RunningNeeds::add(std::span<const MappedStep> steps) {
   // Copied to local variables, which stay in registers.
   Need wait = wait_, delay = delay_;
   EmissionSlots slots = slots_;
-  std::optional<RealTime> before = before_;
+  internal::LineStarts lines = lines_;
   const bool linear = emission_ == Emission::linear;
   for (const MappedStep& step : steps) {
     wait.require(step.begin - step.slot, step.step);
     const RealTime slot = slots.next(step.slot);
-    if (step.lost) continue;
-    // An interpolated force is due when the interval that leads to it begins.
-    delay.require(step.end - (linear && before ? *before : slot), step.step);
-    before = slot;
+    const RealTime line_from = lines.next(slot, step.lost);
+    if (!step.lost) delay.require(step.end - (linear ? line_from : slot), step.step);
   }
   wait_ = wait;
   delay_ = delay;
   slots_ = slots;
-  before_ = before;
+  lines_ = lines;
 }
 
 void RunningNeeds::restart() {
   restart_needs();
   slots_ = {};
-  before_.reset();
+  lines_ = {};
 }
 
 void RunningNeeds::restart_needs() {
@@ -193,13 +191,12 @@ std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, Sampl
   return underruns;
 }
 
-std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency) {
-  std::vector<bool> late;
+std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
+                                     Emission emission) {
+  std::vector<Duration> late;
   late.reserve(steps.size());
-  for (const MappedStep& step : steps) {
-    const RealTime due = latency.emission(step.slot - lead, step.end);
-    late.push_back(!step.lost && step.end > due);
-  }
+  RunningEmissions emissions(lead, latency);
+  for (const MappedStep& step : steps) late.push_back(emissions.next(step).late(emission));
   return late;
 }
 
@@ -208,9 +205,10 @@ std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, Samp
   return std::count(underruns.begin(), underruns.end(), true);
 }
 
-std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency) {
-  const std::vector<bool> late = late_forces(steps, lead, latency);
-  return std::count(late.begin(), late.end(), true);
+std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
+                               Emission emission) {
+  const std::vector<Duration> late = force_lateness(steps, lead, latency, emission);
+  return std::count_if(late.begin(), late.end(), [](Duration by) { return by.ns > 0; });
 }
 
 }  // namespace evenstep

@@ -77,9 +77,9 @@ void check_steps(const RunRecord& run, const StrategyRecord& strategy, Ledger& l
     underruns += std::count_if(device.steps.begin(), device.steps.end(), [](const StepSample& sample) {
       return sample.read == StepRead::underrun || sample.read == StepRead::gated;
     });
+    underruns += std::count_if(strategy.steps.begin(), strategy.steps.end(),
+                               [&](const StepRow& step) { return internal::is_late(step, device); });
   }
-  const auto late = std::count_if(strategy.steps.begin(), strategy.steps.end(), internal::is_late);
-  underruns += late * std::ssize(strategy.devices);
   const auto rows = std::count_if(strategy.underruns.begin(), strategy.underruns.end(),
                                   [&](const UnderrunRow& row) { return row.step < steps; });
   ledger.equal(underruns, "reads and forces were late", rows, "are on the list of underruns");

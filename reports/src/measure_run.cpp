@@ -169,19 +169,18 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
   return values;
 }
 
-/// When a force is due: at its emission time. With linear emission it is due right after the emission time before that,
-/// because ticks between the two are on the line that it ends.
-RealTime due(const StrategyRecord& strategy, std::size_t n, bool hold) {
-  if (hold || n == 0) return strategy.steps[n].emission;
-  return std::min(strategy.steps[n].emission, strategy.steps[n - 1].emission + Duration{1});
+/// The first instant at which a tick needs the force. One at the begin of the line that leads to it does not.
+RealTime needed_from(const StepRow& step, const DeviceRecord& device) {
+  return std::min(step.emission, internal::deadline(step, device) + Duration{1});
 }
 
-/// The number of ticks that needed a force which was not there yet: in [due, E) of some judged step; each tick counts once.
+/// The number of ticks that needed a force which was not there yet: in [needed, E) of some judged step; each tick counts
+/// once.
 std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
-                  const Rows<std::size_t>& ticks, bool hold) {
+                  const Rows<std::size_t>& ticks) {
   std::vector<bool> hit(ticks.size());  // by place among `ticks`
   for (const std::size_t n : steps) {
-    const RealTime from = due(strategy, n, hold), to = internal::arrival(strategy.steps[n]);
+    const RealTime from = needed_from(strategy.steps[n], device), to = internal::arrival(strategy.steps[n]);
     if (to <= from || strategy.steps[n].lost) continue;
     auto k = std::lower_bound(ticks.begin(), ticks.end(), from,
                               [&](std::size_t tick, RealTime at) { return internal::sent_at(device.ticks[tick]) < at; });
@@ -281,7 +280,6 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   const DeviceRecord& device = strategy.devices[device_index];
   const Rows<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
   const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
-  const bool hold = nominal && nominal->hold_emission;
   Values values;
   put(values, "judged", static_cast<double>(ticks.size()));
   put(values, "saturated", saturated(internal::saturation_of_ticks(strategy, device, ticks)));
@@ -302,14 +300,14 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
     values.merge(internal::undelayed_values(device, ticks, nominal ? nominal->stop_at : std::nullopt));
   }
   if (steps.empty()) return values;
-  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
+  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n], device); };
   put(values, "late", count_of(steps, late));
   put(values, "underruns", count_of(steps, late));
   put(values, "underrun_rate", segment_rate(strategy, steps, late));
-  put(values, "felt", static_cast<double>(felt(strategy, device, steps, ticks, hold)));
+  put(values, "felt", static_cast<double>(felt(strategy, device, steps, ticks)));
   const Rows<std::size_t> shown = internal::shown_steps(strategy, steps);
   put_latencies(values, strategy, device, steps, shown);
-  put_animation_error(values, strategy, internal::animation_error(strategy, device, shown, ticks, hold, run.nominal.slot_s));
+  put_animation_error(values, strategy, internal::animation_error(strategy, device, shown, ticks, run.nominal.slot_s));
   put_deviation_from_ideal(values, strategy, device_index, steps);
   put_sine(values, internal::force_response(run, strategy, device, steps, ticks));
   return values;
@@ -341,8 +339,8 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   Values values;
   put(values, "interaction_capacity", static_cast<double>(latency.interaction_capacity));
   put(values, "force_capacity", static_cast<double>(latency.force_capacity));
-  put(values, "predicted_interaction_underruns", static_cast<double>(latency.predicted_interaction_underruns));
-  put(values, "predicted_late_forces", static_cast<double>(latency.predicted_late_forces));
+  put(values, "predicted_interaction_underruns", static_cast<double>(device.predicted_interaction_underruns));
+  put(values, "predicted_late_forces", static_cast<double>(device.predicted_late_forces));
   put(values, "lead", nearest_s(latency.lead));
   put(values, "latency", nearest_s(latency.latency));
   put(values, "latency_any_phase", nearest_s(latency.least_any_phase));
@@ -350,7 +348,7 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   put(values, "least_entries", static_cast<double>(latency.least_entries), latency.least_entries > 0);
   if (steps.empty()) return values;
   const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
-  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
+  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n], device); };
   put(values, "interaction_underruns", count_of(steps, underrun));
   put(values, "force_underruns", count_of(steps, late));
   put(values, "underruns", count_of(steps, underrun) + count_of(steps, late));

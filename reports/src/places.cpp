@@ -57,9 +57,10 @@ MetricSamples late(const Source& source) {
   Duration most;
   for (const std::size_t n : source.steps) {
     const StepRow& step = source.strategy.steps[n];
-    if (!internal::is_late(step)) continue;
-    most = std::max(most, internal::arrival(step) - step.emission);
-    found.samples.push_back(source.step(n, seconds(internal::arrival(step) - step.emission)));
+    if (!internal::is_late(step, source.device)) continue;
+    const Duration by = internal::arrival(step) - internal::deadline(step, source.device);
+    most = std::max(most, by);
+    found.samples.push_back(source.step(n, seconds(by)));
   }
   found.now = {source.strategy.latency.lead, source.strategy.latency.latency};
   if (!source.strategy.latency.adapts) late_by(found, most);

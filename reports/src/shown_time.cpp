@@ -19,7 +19,7 @@ Rows<std::size_t> shown_steps(const StrategyRecord& strategy, const Rows<std::si
 }
 
 std::optional<AnimationError> animation_error(const StrategyRecord& strategy, const DeviceRecord& device,
-                                              const Rows<std::size_t>& shown, const Rows<std::size_t>& ticks, bool hold,
+                                              const Rows<std::size_t>& shown, const Rows<std::size_t>& ticks,
                                               double slot_s) {
   const auto simulated_s = [&](std::size_t i) { return simulation_time_s(strategy, shown[i], slot_s); };
   const auto row = [&](std::size_t i) -> const StepRow& { return strategy.steps[shown[i]]; };
@@ -37,7 +37,7 @@ std::optional<AnimationError> animation_error(const StrategyRecord& strategy, co
     while (i + 1 < shown.size() && ready(row(i + 1)) <= at) ++i;
     double now_s = simulated_s(i);
     // If forces are interpolated and the step has a slot: on the line to the next force that has come already.
-    for (std::size_t j = i + 1; !hold && j < shown.size() && row(i).mapped && row(j).begin <= at; ++j) {
+    for (std::size_t j = i + 1; device.interpolates && j < shown.size() && row(i).mapped && row(j).begin <= at; ++j) {
       if (arrival(row(j)) > at) continue;
       const double way = seconds(row(j).emission - row(i).emission);
       now_s += (simulated_s(j) - now_s) * (seconds(at - row(i).emission) / way);

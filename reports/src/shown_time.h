@@ -23,7 +23,6 @@ struct AnimationError {
   double max_s = 0, mean_s = 0;
 };
 std::optional<AnimationError> animation_error(const StrategyRecord& strategy, const DeviceRecord& device,
-                                              const Rows<std::size_t>& shown, const Rows<std::size_t>& ticks, bool hold,
-                                              double slot_s);
+                                              const Rows<std::size_t>& shown, const Rows<std::size_t>& ticks, double slot_s);
 
 }  // namespace evenstep::internal

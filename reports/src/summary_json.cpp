@@ -56,7 +56,14 @@ Json json_of(const std::map<std::string, double>& values) {
   return out;
 }
 
-Json json_of(const LatencyRecord& latency) {
+/// What was predicted is that of the worst device.
+Json latency_json(const StrategyRecord& strategy) {
+  const LatencyRecord& latency = strategy.latency;
+  std::int64_t missing = 0, late = 0;
+  for (const DeviceRecord& device : strategy.devices) {
+    missing = std::max(missing, device.predicted_interaction_underruns);
+    late = std::max(late, device.predicted_late_forces);
+  }
   return {{"lead_ns", latency.lead.ns},
           {"latency_ns", latency.latency.ns},
           {"lead_any_phase_ns", latency.least_any_phase_lead.ns},
@@ -67,8 +74,8 @@ Json json_of(const LatencyRecord& latency) {
           {"latency_culprit", latency.latency_culprit},
           {"interaction_capacity", latency.interaction_capacity},
           {"force_capacity", latency.force_capacity},
-          {"predicted_interaction_underruns", latency.predicted_interaction_underruns},
-          {"predicted_late_forces", latency.predicted_late_forces}};
+          {"predicted_interaction_underruns", missing},
+          {"predicted_late_forces", late}};
 }
 
 Json json_of(const StrategyRecord& strategy) {
@@ -167,7 +174,7 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
   for (const auto& [signal, values] : metrics) out["metrics"][signal] = json_of(values);
   for (const auto& [signal, saturation] : saturations(run)) out["saturated"][signal] = json_of(saturation);
   for (const StrategyRecord& strategy : run.strategies) {
-    out["latency"][strategy.name] = json_of(strategy.latency);
+    out["latency"][strategy.name] = latency_json(strategy);
     out["strategies"][strategy.name] = json_of(strategy);
   }
   for (const auto& [signal, rows] : bins(run)) {

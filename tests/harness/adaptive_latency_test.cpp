@@ -52,7 +52,7 @@ TEST_CASE("the sizing pass foretells the run of an adaptive latency, held and in
         INFO(name << " " << emission << " " << force);
         const auto& of = metrics.at("left.force." + name);
         const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
-        CHECK(of.at("late") == static_cast<double>(plan.predicted_late_forces));
+        CHECK(of.at("late") == static_cast<double>(plan.predicted[0].late_forces));
         CHECK(of.at("latency_growths") == static_cast<double>(forecast.growths));
         CHECK(forecast.growths > 0);
         if (plan.kind == StrategyKind::phase_locked) {

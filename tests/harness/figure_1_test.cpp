@@ -115,7 +115,7 @@ TEST_CASE("a run counts the underruns that the sizing pass predicts, at any lead
       const RunOutcome outcome = run_scenario(scenario, {});
       for (const std::string name : {"paper", "phase_locked"}) {
         INFO(name << " lead " << lead << " latency " << latency);
-        const LatencyRecord& predicted = strategy(outcome.record, name).latency;
+        const DeviceRecord& predicted = strategy(outcome.record, name).devices[0];
         CHECK(outcome.metrics.at("left.interaction." + name).at("underruns") ==
               static_cast<double>(predicted.predicted_interaction_underruns));
         if (name == "phase_locked") {  // `paper` repairs backward steps by later emissions: fewer are late than predicted

@@ -232,7 +232,7 @@ const char* as_sized(const Schedule& schedule, Draw draw) {
     return of_paper ? place(PaperMap(lead, latency, 0.3), schedule) : place(PhaseLockedMap(lead, latency), schedule);
   };
   const std::vector<MappedStep> sized = mapped_steps(run({}, Duration{}));
-  const std::vector<bool> late = late_forces(sized, kLead, AdaptiveLatency(options));
+  const std::vector<Duration> late = force_lateness(sized, kLead, AdaptiveLatency(options), options.emission);
   const std::size_t ring = capacities_for(sized, {}, kLead, options.most).force_capacity;
   std::vector<Placed> mapped;
   for (const Placed& placed : run(kLead, AdaptiveLatency(options))) {
@@ -242,7 +242,9 @@ const char* as_sized(const Schedule& schedule, Draw draw) {
   const bool alike = !mapped.empty() && mapped.front().emission == mapped.front().slot.read + options.start;
   std::size_t oldest = 0;
   for (std::size_t n = 0; n < mapped.size(); ++n) {
-    if (alike && late[n] != (mapped[n].real.end > mapped[n].emission)) return "the sizing pass foretells other late forces";
+    const RealTime deadline = mapped[options.emission == Emission::linear && n > 0 ? n - 1 : n].emission;
+    if (alike && late[n] != std::max(mapped[n].real.end - deadline, Duration{}))
+      return "the sizing pass foretells other late forces";
     while (mapped[oldest].emission < mapped[n].real.end && oldest < n) ++oldest;
     if (n + 1 - oldest + 1 > ring) return "the ring for the largest latency is too small";
   }

@@ -68,12 +68,13 @@ TEST_CASE("V + s underruns at phase 0 and not at 0.5 ms, however it is split bet
   for (const Kind kind : {Kind::paper, Kind::locked}) {
     const auto steps = mapped(kind);
     for (std::int64_t lead = 0; lead <= 400'000; lead += 1'000) {
-      CHECK(count_interaction_underruns(steps, k1kHz, {lead}) + count_late_forces(steps, {lead}, v_plus_s) > 0);
+      CHECK(count_interaction_underruns(steps, k1kHz, {lead}) + count_late_forces(steps, {lead}, v_plus_s, Emission::hold) >
+            0);
     }
     const LatencyBudget fits = this_phase(steps, half);
     CHECK(fits.latency < v_plus_s);
     CHECK(count_interaction_underruns(steps, half, fits.lead) == 0);
-    CHECK(count_late_forces(steps, fits.lead, v_plus_s) == 0);
+    CHECK(count_late_forces(steps, fits.lead, v_plus_s, Emission::hold) == 0);
   }
 }
 

@@ -107,16 +107,14 @@ TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 tra
     REQUIRE(replay_forces(steps, any.lead, any.latency, emission) == 0);
     REQUIRE(replay_forces(steps, any.lead, any.latency - Duration{1}, emission) > 0);
 
-    if (emission == Emission::hold) {
-      REQUIRE(count_late_forces(steps, any.lead, any.latency) == 0);
-      REQUIRE(count_late_forces(steps, any.lead, any.latency - Duration{1}) > 0);
-    }
+    REQUIRE(count_late_forces(steps, any.lead, any.latency, emission) == 0);
+    REQUIRE(count_late_forces(steps, any.lead, any.latency - Duration{1}, emission) > 0);
 
     // The predicted counts agree with the replay for other leads and latencies, too.
     const Duration lead = any.lead - Duration{draw.between(0, 3'000'000)};
     const Duration latency = any.latency - Duration{draw.between(0, 5'000'000)};
     REQUIRE(count_interaction_underruns(steps, grid, lead) == replay_interaction(steps, grid, lead));
-    REQUIRE(count_late_forces(steps, lead, latency) == replay_forces(steps, lead, latency, Emission::hold));
+    REQUIRE(count_late_forces(steps, lead, latency, emission) == replay_forces(steps, lead, latency, emission));
   }
   CHECK(judged >= 2000);
   CHECK(stepped_back > 100);  // the repair of emission times was exercised

@@ -17,10 +17,10 @@ RunRecord judged_second() {
   run.nominal.judged_from = ms_at(200);
   run.nominal.end = ms_at(1'200);
   run.nominal.slot_s = 50e-3;
-  run.nominal.devices.push_back({"left", {}, {}, true, Rate{1'000, 1}, {}, std::nullopt});
+  run.nominal.devices.push_back({"left", {}, {}, Rate{1'000, 1}, {}, std::nullopt});
   StrategyRecord& strategy = run.strategies.emplace_back();
   strategy.name = "paper";
-  strategy.devices.push_back({"left", {}, {}, {}});
+  strategy.devices.emplace_back().name = "left";
   return run;
 }
 

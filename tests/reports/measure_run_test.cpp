@@ -160,12 +160,27 @@ TEST_CASE("a force that ends exactly at its emission time is not late, 1 ns late
   CHECK(value(run, "left.force.paper", "late") == 1);
 }
 
+TEST_CASE("with linear emission a force that ends where the line to it begins is not late, 1 ns later it is") {
+  RunRecord run = synthetic::reference_run();
+  StrategyRecord& paper = strategy(run, "paper");
+  paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {30'000'000});
+  paper.devices[0].interpolates = true;
+  StepRow& step = paper.steps[kFirstJudged + 20];
+  step.end = paper.steps[kFirstJudged + 19].emission;
+  CHECK(value(run, "left.force.paper", "late") == 0);
+  step.end = step.end + Duration{1};
+  CHECK(value(run, "left.force.paper", "late") == 1);
+  CHECK(value(run, "left.buffers.paper", "underruns") == 1);
+  step.lost = true;
+  CHECK(value(run, "left.force.paper", "late") == 0);
+}
+
 TEST_CASE("felt counts each tick that wanted a force which was not there, hold and linear") {
   for (const bool hold : {true, false}) {
     RunRecord run = synthetic::reference_run();
-    run.nominal.devices[0].hold_emission = hold;
     StrategyRecord& paper = strategy(run, "paper");
     paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {13'260'000});  // every ninth F falls on a tick
+    paper.devices[0].interpolates = !hold;
     // Every 7th step is 0 to 6 ms longer. The counts must be those of a plain double loop.
     for (std::size_t n = kFirstJudged; n < paper.steps.size(); n += 7) {
       paper.steps[n].end = paper.steps[n].emission + Duration{static_cast<std::int64_t>(n % 60) * 100'000};

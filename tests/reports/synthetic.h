@@ -27,7 +27,7 @@ inline Nominal nominal(Duration duration) {
   nominal.slot_s = kSlot_s;
   nominal.judged_from = tick_time(kSegmentRate, 8);
   nominal.end = RealTime{} + duration;
-  nominal.devices.push_back({"left", kSpeed_m_per_s, kStiffness_N_per_m, true, kTickRate, {}, std::nullopt});
+  nominal.devices.push_back({"left", kSpeed_m_per_s, kStiffness_N_per_m, kTickRate, {}, std::nullopt});
   return nominal;
 }
 
@@ -68,13 +68,14 @@ inline StrategyRecord strategy(const std::string& name, RealTime end, Duration l
   strategy.name = name;
   strategy.latency.lead = lead;
   strategy.latency.latency = latency;
-  strategy.devices.push_back({"left", {}, {}, {}});
+  strategy.devices.emplace_back().name = "left";
   add_timing(strategy, end);
   for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
     StepRow& step = strategy.steps[n];
     step.mapped = name != "direct";
     step.read = step.mapped ? tick_time(kStepRate, static_cast<std::int64_t>(n)) - lead : step.begin;
     step.emission = step.mapped ? step.read + latency : step.end;
+    step.line_from = n > 0 ? strategy.steps[n - 1].emission : step.emission;
     StepSample sample;
     sample.position_m = hand_at(step.read);
     sample.force_N = times(-kStiffness_N_per_m, sample.position_m);

@@ -31,9 +31,9 @@ struct Run {
       ticks.push_back(static_cast<std::size_t>(k));
     }
   }
-  double error_ms(bool hold) const {
-    const auto error =
-        internal::animation_error(strategy, device, internal::shown_steps(strategy, steps), ticks, hold, kSlot_s);
+  double error_ms(bool hold) {
+    device.interpolates = !hold;
+    const auto error = internal::animation_error(strategy, device, internal::shown_steps(strategy, steps), ticks, kSlot_s);
     REQUIRE(error);
     return error->max_s * 1e3;
   }

@@ -114,8 +114,9 @@ typedef struct evenstep_remap_counts {
   uint32_t reserved;
   uint64_t steps;          /* that have begun */
   uint64_t acquiring;      /* of these: without a slot yet */
-  uint64_t late_forces;    /* that came after their emission time */
-  int64_t latest_force_ns; /* how late the latest of them came */
+  uint64_t late_forces;    /* too late for a tick that needs them: after F(n); with linear emission after F(n - 1), where
+                            * the line to F(n) begins */
+  int64_t latest_force_ns; /* how long after that the latest of them came */
   /* Reads of the hand by steps that had a slot, and reads of forces by ticks. */
   uint64_t hand_inside, hand_held, hand_extrapolated, hand_overruns, hand_empty;
   uint64_t force_inside, force_held, force_extrapolated, force_overruns, force_empty;
@@ -136,7 +137,7 @@ EVENSTEP_REMAP_API int evenstep_remap_force(evenstep_remap* remap, int64_t now_n
 
 /* Simulation thread. A segment is one visualization and its steps; call evenstep_remap_segment at the begin of each, or no
  * step ever has a slot. begin_step and end_step alternate; the times of segments do not decrease, nor do those of steps.
- * `read` and `emission_ns` may be NULL; *emission_ns becomes F(n), which lies before now_ns if the force is late. */
+ * `read` and `emission_ns` may be NULL; *emission_ns becomes F(n). */
 EVENSTEP_REMAP_API int evenstep_remap_segment(evenstep_remap* remap, int64_t begin_ns);
 EVENSTEP_REMAP_API int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* position,
                                                  evenstep_remap_read* read);

@@ -60,9 +60,13 @@ struct StrategyPlan {
   Duration lead, latency;  ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
-  Sizing sizing;                                     ///< empty for direct and ideal
-  std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
-  std::int64_t predicted_late_forces = 0;
+  /// Empty for direct and ideal. For a strategy that remaps, the latencies of its budgets are the least for the lead above.
+  Sizing sizing;
+  /// By the sizing pass, for each device: steps that begin in the judged span. Empty for a strategy that does not remap.
+  struct Predicted {
+    std::int64_t interaction_underruns = 0, late_forces = 0;
+  };
+  std::vector<Predicted> predicted;
   /// For a strategy that plays chunks: the least number of entries per chunk with which playback never runs dry in this run,
   /// because each chunk that is not lost arrives before the one before it is played to its end; else 0.
   std::int64_t least_entries = 0;

@@ -32,11 +32,11 @@ struct SeenTick {
 
 /// One step, after its force was put into the schedule. Margins are times to spare: below 0 it was late.
 struct SeenStep {
-  std::int64_t number = 0;                       ///< n
-  RealTime end;                                  ///< E(n)
-  SimTime simulated;                             ///< simulation time of the step
-  bool mapped = false;                           ///< it has a slot, and so margins
-  Duration force_margin;                         ///< F(n) - E(n)
+  std::int64_t number = 0;  ///< n
+  RealTime end;             ///< E(n)
+  SimTime simulated;        ///< simulation time of the step
+  bool mapped = false;      ///< it has a slot, and so margins
+  Duration force_margin;    ///< deadline of the force (StepEmission) - E(n), of the tool with the earliest
   std::int64_t late_reads = 0, late_forces = 0;  ///< of all tools, so far
   struct Tool {
     RealTime newest;         ///< when the newest sample that it could see was taken

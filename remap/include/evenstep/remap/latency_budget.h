@@ -10,7 +10,7 @@
 ///
 ///   any phase of the device:  the next tick lies at most h - 1 ns after R  =>  c = max(slot + (h - 1 ns) - S)
 ///   this phase:               the first tick at or after R is at or before S
-///   both:                     L = max(E - slot) + c;   linear emission: each F(n) also needs E(n+1) <= F(n), see below
+///   both:                     L = max(E - slot) + c;   with linear emission F(n) needs E(n+1) <= F(n), see below
 ///
 /// Periodic case: L* = s + Z (1 - 1/N) + h, with run time s of a step, N steps in a segment, Z all the time of a segment in
 /// which no step runs, and device period h (docs/numerics.md).
@@ -24,8 +24,7 @@
 #include <span>
 #include <vector>
 
-#include "evenstep/remap/force_schedule.h"
-#include "evenstep/remap/slot_map.h"
+#include "evenstep/remap/remap_steps.h"
 
 namespace evenstep {
 
@@ -120,7 +119,7 @@ class RunningNeeds {
   Need delay_;               // L - c: how long after its slot a force may be due at the earliest
   Need wait_;                // longest time from the slot to the begin of a step
   internal::EmissionSlots slots_;
-  std::optional<RealTime> before_;  // the slot of the last step whose force comes
+  internal::LineStarts lines_;  // between slots
 };
 
 /// max over n of #{m <= n: F(m) >= E(n)}, from steps given a few at a time: the most forces that are waiting when a force
@@ -148,11 +147,30 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
 
 /// For each step, whether its read of this device will find its sample missing in a run with this lead.
 std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-/// For each step, whether its force will be late: E(n) > F(n). The repair of F and the adaptation of the latency both start
-/// at the first step given.
-std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency);
+/// The emissions of a run with this lead and latency, from steps given one by one: StepEmission::late says whether a force
+/// will be late. The repair of F and the adaptation of the latency both start at the first step given.
+class RunningEmissions {
+ public:
+  RunningEmissions(Duration lead, const AdaptiveLatency& latency) : lead_(lead), latency_(latency) {}
+  StepEmission next(const MappedStep& step) {
+    const Slot slot{step.slot - lead_, SlotKind::mapped};
+    const RealTime at = latency_.emission(slot.read, step.end);
+    return {at, lines_.next(at, step.lost), slot, step.end, step.lost};
+  }
+  const AdaptiveLatency& latency() const { return latency_; }
+
+ private:
+  Duration lead_;
+  AdaptiveLatency latency_;
+  internal::LineStarts lines_;
+};
+
+/// For each step, how long after its deadline its force will come: 0 for one that is in time.
+std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
+                                     Emission emission);
 /// The number of such steps.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency);
+std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
+                               Emission emission);
 
 }  // namespace evenstep

@@ -10,18 +10,46 @@
 /// fails an assertion. `postponed`: see SlotMap::read.
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <optional>
 
+#include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/slot_map.h"
 
 namespace evenstep {
 
+namespace internal {
+/// Where the line of linear emission that leads to each force begins.
+class LineStarts {
+ public:
+  /// F(n) of the last step before whose force was not lost; that of this step itself if there is none.
+  RealTime next(RealTime at, bool lost) {
+    const RealTime from = before_.value_or(at);
+    if (!lost) before_ = at;
+    return from;
+  }
+
+ private:
+  std::optional<RealTime> before_;
+};
+}  // namespace internal
+
 struct StepEmission {
-  RealTime at;    ///< F(n)
-  Duration late;  ///< E(n) - F(n) if the step ended after its force was due, else 0; 0 for a step without a slot
+  RealTime at;         ///< F(n)
+  RealTime line_from;  ///< where the line to F(n) begins: F of the last step with a slot whose force was not lost. F(n) for
+                       ///< the first step with a slot: no line leads there
   Slot slot = {};
   RealTime arrives = {};  ///< E(n), or the time at which the force is at the device if that is later
   bool lost = false;      ///< it never comes to the device
+
+  /// When the force must be there, so that no tick misses it: with linear emission ticks need it on the whole line to F(n).
+  RealTime deadline(Emission emission) const { return emission == Emission::linear ? line_from : at; }
+  /// How long after its deadline the force came, else 0. A lost force, or that of a step without a slot, is never late.
+  Duration late(Emission emission) const {
+    if (slot.kind != SlotKind::mapped || lost) return {};
+    return std::max(arrives - deadline(emission), Duration{});
+  }
 };
 
 class RemapSteps {
@@ -31,11 +59,10 @@ class RemapSteps {
 
   void segment(RealTime begin) { map_.boundary(number_, begin); }
   Slot begin(RealTime began, Duration postponed = {}) { return slot_ = map_.read(number_, began, postponed); }
-  /// `ended`: with a source, when the force is at the device. A lost force is never late.
+  /// `ended`: with a source, when the force is at the device.
   StepEmission end(RealTime ended, Duration postponed = {}, bool lost = false) {
     const RealTime at = map_.emission(number_++, ended, postponed);
-    const bool due = slot_.kind == SlotKind::mapped && !lost;
-    return {at, due ? std::max(ended - at, Duration{}) : Duration{}, slot_, ended, lost};
+    return {at, lines_[slot_.kind == SlotKind::mapped].next(at, lost), slot_, ended, lost};
   }
   /// n of the step that runs or, between two steps, of the next one. Counts from 0.
   std::int64_t number() const { return number_; }
@@ -44,6 +71,7 @@ class RemapSteps {
   SlotMap& map_;
   std::int64_t number_ = 0;
   Slot slot_;
+  std::array<internal::LineStarts, 2> lines_;  // between steps without a slot, and between those with one
 };
 
 }  // namespace evenstep

@@ -54,8 +54,8 @@ struct ReadCounts {
 struct RemapCounts {
   std::uint64_t steps = 0;        ///< that have begun
   std::uint64_t acquiring = 0;    ///< of them: without a slot yet. They read the newest sample and are in no count of `hand`
-  std::uint64_t late_forces = 0;  ///< that came after their emission time
-  Duration latest_force;          ///< how late the latest of them came
+  std::uint64_t late_forces = 0;  ///< that came after their deadline (StepEmission::deadline)
+  Duration latest_force;          ///< how long after it the latest of them came
   ReadCounts hand;                ///< reads of samples by steps that had a slot
   ReadCounts force;               ///< reads of forces by ticks
 };
@@ -138,13 +138,13 @@ class Remapper {
     }
     return {slot, hand};
   }
-  /// When the force will be emitted, and by how much it is too late for that.
+  /// When the force will be emitted, and when it should have come: StepEmission::late.
   StepEmission end_step(RealTime now, const Force& force) {
     const StepEmission emission = steps_.end(now);
     forces_.push(emission.at, force);
-    if (emission.late.ns > 0) {
+    if (const Duration late = emission.late(forces_.emission()); late.ns > 0) {
       late_forces_.add(1);
-      latest_force_ns_.set(std::max(latest_force_ns_.get(), static_cast<std::uint64_t>(emission.late.ns)));
+      latest_force_ns_.set(std::max(latest_force_ns_.get(), static_cast<std::uint64_t>(late.ns)));
     }
     return emission;
   }

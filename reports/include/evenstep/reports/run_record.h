@@ -29,6 +29,7 @@ struct StepRow {
   RealTime end;         ///< E_n
   RealTime read;        ///< R(n)
   RealTime emission;    ///< F(n)
+  RealTime line_from;   ///< with linear emission the line to this force begins here: StepEmission::line_from
   bool mapped = false;  ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
   bool lost = false;   ///< with a source: its force never came to the device
@@ -110,9 +111,11 @@ struct DeviceFlow {
 
 struct DeviceRecord {
   std::string name;
+  bool interpolates = false;  ///< ticks play the line between two forces; otherwise the latest force that is due
   LoopRecord loop;
-  std::optional<DeviceFlow> flow = {};  ///< empty in a record that no lane has made
-  std::optional<double> stored_J;       ///< energy stored in the scene when judging begins, if the scene knows it
+  std::optional<DeviceFlow> flow = {};                                          ///< empty in a record that no lane has made
+  std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
+  std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
   Rows<StepSample> steps;
   Rows<TickRow> ticks;
   Rows<SpringRow> springs;                 ///< one per tick if the device renders springs by itself; otherwise empty
@@ -121,12 +124,12 @@ struct DeviceRecord {
 
 struct LatencyRecord {
   Duration lead;
-  Duration latency;                                ///< for an adaptive latency the most that it may become
-  Duration least_any_phase_lead, least_any_phase;  ///< for the map and the emission (hold or linear) of this run
+  Duration latency;  ///< for an adaptive latency the most that it may become
+  /// The least leads, and the least latencies for the lead of this run, its map and its emission (hold or linear).
+  Duration least_any_phase_lead, least_any_phase;
   Duration least_this_phase_lead, least_this_phase;
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
-  std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
   std::int64_t least_entries = 0;  ///< per chunk, so that none runs dry; 0: it plays no chunks
   bool adapts = false;
 };
@@ -148,7 +151,7 @@ struct UnderrunRow {
   std::uint32_t device = 0;  ///< index into StrategyRecord::devices
   Side side = Side::interaction;
   /// Interaction: R(n) - newest visible sample (t = 0 if there was none), or with a gate the time waited.
-  /// Force: E(n) - F(n).
+  /// Force: by how much it missed its deadline, F(n), or with linear emission the begin of the line to it.
   Duration lateness;
   std::string_view policy;  ///< "clamp", "gate", "extrapolate" or "hold"
 };
@@ -265,7 +268,6 @@ struct Nominal {
     std::string name;
     std::optional<double> speed_m_per_s;
     std::optional<double> stiffness_N_per_m;  ///< only a spring has one
-    bool hold_emission = false;
     Rate rate;
     RealTime first_tick;
     std::optional<RealTime> stop_at;
