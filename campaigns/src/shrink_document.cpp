@@ -45,7 +45,7 @@ void fix_text(std::uint32_t forms, Value& value, const NominalUnits& nominal) {
     value = text_of_ns(parse_duration(value.text, nominal)->ns);
   } else if (forms & kLimit) {
     const Limit limit = *parse_limit(value.text);
-    value = text_value(fmt::format("{} s", limit.number * *unit_factor(limit.unit, "s", 0, nominal)), kNowhere);
+    value = text_value(fmt::format("{} s", *in_base(limit, "s", 0, nominal)), kNowhere);
   }
 }
 

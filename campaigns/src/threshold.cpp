@@ -237,7 +237,7 @@ bool Threshold::exceeded(const std::string& signal, const std::string& figure_me
   return std::all_of(changes.begin(), changes.end(), [&](const Change& change) {
     if (towards <= 0) return false;
     if (change.unit == "%") return a == 0 || towards > change.number / 100 * std::abs(a);
-    return towards > change.number * unit_factor(change.unit, figure_unit(signal, figure_metric), 0, {}).value_or(0);
+    return towards > in_base({change.number, change.unit}, figure_unit(signal, figure_metric), 0, {}).value_or(0);
   });
 }
 

@@ -33,26 +33,28 @@ std::vector<std::string> split(std::string_view text) {
   return parts;
 }
 
+/// The limits of an expectation in the base unit of its metric.
 struct Bounds {
   std::optional<double> min, max;
 };
 
-/// The factor from the unit of a limit to the base unit of the metric, or an error text.
-Result<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
-                         const Scenario& scenario, const Nominal& nominal) {
+/// The limit in the base unit of the metric, or an error text.
+Result<double> base_limit(const Limit& limit, const Expectation& expectation, const std::string& signal,
+                          const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
   if (limit.unit == "step" && !step) {
     return Failure(fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
                                signal.find(".force.") != std::string::npos ? ", and for a force a spring" : ""));
   }
-  return unit_factor(limit.unit, base_unit(signal, expectation.metric), step.value_or(0), scenario.nominal);
+  return in_base(limit, base_unit(signal, expectation.metric), step.value_or(0), scenario.nominal);
 }
 
 const Limit& any_limit(const Expectation& expectation) { return expectation.max ? *expectation.max : *expectation.min; }
 
-Verdict verdict_of(const ExpectationResult& result) {
-  const bool holds = (!result.min || *result.value >= *result.min) && (!result.max || *result.value <= *result.max);
-  return holds != result.expect_fail ? Verdict::pass : Verdict::fail;
+/// Compared in the base unit: a value in the unit of the limit is rounded once more, and would not equal what it equals.
+Verdict verdict_of(double base_value, const Bounds& base, bool expect_fail) {
+  const bool holds = (!base.min || base_value >= *base.min) && (!base.max || base_value <= *base.max);
+  return holds != expect_fail ? Verdict::pass : Verdict::fail;
 }
 
 ExpectationResult start(const Expectation& expectation) {
@@ -102,24 +104,28 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   ExpectationResult result = start(expectation);
   result.signal = signal;
   // Both limits are shown in the unit of the first one that is written.
-  const Result<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
+  const auto shown = [&](double in_base) {
+    return *in_unit(in_base, result.unit, base_unit(signal, expectation.metric), step_unit(nominal, signal).value_or(0),
+                    scenario.nominal);
+  };
   const auto fail = [&](const std::string& error) {
     make_error(result, error);
     return result;
   };
-  if (!shown) return fail(shown.error());
-  for (const auto& [limit, out] : {std::pair(&expectation.min, &result.min), std::pair(&expectation.max, &result.max)}) {
+  Bounds base;
+  for (const auto& [limit, bound] : {std::pair(&expectation.max, &base.max), std::pair(&expectation.min, &base.min)}) {
     if (!*limit) continue;
-    const Result<double> factor = factor_of(**limit, expectation, signal, scenario, nominal);
-    if (!factor) return fail(factor.error());
-    *out = (*limit)->unit == result.unit ? (*limit)->number : (*limit)->number * *factor / *shown;
+    const Result<double> value = base_limit(**limit, expectation, signal, scenario, nominal);
+    if (!value) return fail(value.error());
+    *bound = *value;
+    (limit == &expectation.max ? result.max : result.min) = (*limit)->unit == result.unit ? (*limit)->number : shown(*value);
   }
-  result.value = base_value / *shown;
+  result.value = shown(base_value);
   if (std::isnan(base_value)) {
     make_error(result, "the value is not a number: too few samples, or the data is not finite");
     return result;
   }
-  result.verdict = verdict_of(result);
+  result.verdict = verdict_of(base_value, base, result.expect_fail);
   return result;
 }
 
@@ -196,8 +202,13 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
 /// Says where in the run the expectation fails.
 void add_place(const Expectation& expectation, const Scenario& scenario, const RunRecord& run, ExpectationResult& result) {
   const auto samples = samples_of(run, result.signal, result.metric);
-  const Result<double> unit = factor_of(any_limit(expectation), expectation, result.signal, scenario, run.nominal);
-  if (samples && unit && !result.expect_fail) locate(result, *samples, *unit);
+  if (!samples || result.expect_fail) return;
+  const auto in_base = [&](const Limit& limit) {
+    return base_limit(limit, expectation, result.signal, scenario, run.nominal);
+  };
+  const std::optional<Limit>& limit = samples->kind == MetricSamples::Kind::least ? expectation.min : expectation.max;
+  const Result<double> unit = in_base({1, result.unit});
+  if (limit && unit) locate(result, *samples, *unit, in_base(*limit).value_or(0));
 }
 
 /// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
@@ -207,8 +218,8 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   ExpectationResult result = start(expectation);
   result.signal = signal.name;
   result.max = expectation.max->number;
-  const double unit = *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
-  const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
+  const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
+  const std::int64_t needed = internal::clean_segments(most, *expectation.confidence);
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
     make_error(result, seeds == 0 ? "no segment is judged"
@@ -218,8 +229,9 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   }
   const internal::RateCount count =
       internal::count_underrun_segments(scenario, signal, latency.lead, latency.latency, seeds);
-  result.value = rate_at_most(count.hit, count.segments, *expectation.confidence) / unit;
-  result.verdict = verdict_of(result);
+  const double rate = rate_at_most(count.hit, count.segments, *expectation.confidence);
+  result.value = *in_unit(rate, result.unit, "1", 0, scenario.nominal);
+  result.verdict = verdict_of(rate, {std::nullopt, most}, result.expect_fail);
   result.detail =
       fmt::format("{} of {} segments in {} seeds; {} clean ones would do", count.hit, count.segments, seeds, needed);
   return result;
@@ -263,8 +275,7 @@ void judge_never(const Expectation& expectation, const Scenario& scenario, const
     result.verdict = expectation.expect_fail ? Verdict::pass : Verdict::fail;
     return;
   }
-  const Result<double> unit = factor_of(*expectation.max, expectation, result.signal, scenario, run.nominal);
-  const double limit_s = unit ? expectation.max->number * *unit : 0;
+  const double limit_s = base_limit(*expectation.max, expectation, result.signal, scenario, run.nominal).value_or(0);
   if (recovery.faults_end == RealTime{} || limit_s <= seconds(recovery.watched)) return;
   make_error(result, fmt::format("{}; to judge this limit the run must last at least {:.6g} s", recovery.why,
                                  seconds(recovery.faults_end + recovery_window(run.nominal)) + limit_s));
@@ -420,12 +431,12 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const auto& [limit, place] : {std::pair(expectation.min, at.min), std::pair(expectation.max, at.max)}) {
       if (!limit) continue;
-      const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
-      if (factor) continue;
+      const Result<double> value = base_limit(*limit, expectation, expectation.signal, scenario, nominal);
+      if (value) continue;
       const bool is_count = base_unit(expectation.signal, expectation.metric) == "count";
       error(place, is_count ? fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric,
                                           limit->number, limit->unit)
-                            : factor.error());
+                            : value.error());
       break;  // `equals` is both limits
     }
   }

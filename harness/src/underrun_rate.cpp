@@ -91,9 +91,8 @@ std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_
 }
 
 std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind) {
-  const double unit = *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
-  const std::int64_t enough =
-      seeds_with(scenario, kind, clean_segments(expectation.max->number * unit, *expectation.confidence));
+  const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
+  const std::int64_t enough = seeds_with(scenario, kind, clean_segments(most, *expectation.confidence));
   if (enough == 0) return 0;
   // If nothing is random every seed gives the same run, and running it again would prove nothing.
   return !seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
@@ -113,7 +112,7 @@ std::vector<std::string> explain_rates(const Scenario& scenario) {
   if (remap == scenario.strategies.end()) return lines;
   for (const Expectation& expectation : scenario.expectations) {
     if (!expectation.confidence) continue;
-    const double most = expectation.max->number * *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
+    const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
     const std::int64_t segments = internal::clean_segments(most, *expectation.confidence);
     const std::int64_t seeds = internal::seeds_with(scenario, *remap, segments);
     lines.push_back(fmt::format("line {}: {} underrun_rate <= {:.6g} at {:.6g} % needs {} segments without an underrun: {}",

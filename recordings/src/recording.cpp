@@ -1,6 +1,7 @@
 #include "evenstep/recordings/recording.h"
 
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/text/text_file.h"
 #include "profiles/bytes.h"
 
 namespace evenstep {
@@ -14,7 +15,7 @@ bool begins_with_header(std::string_view bytes, std::string_view header) {
 
 bool is_timing_csv(const std::string& path) {
   const std::unique_ptr<internal::Bytes> bytes = internal::bytes_of_file(path);
-  std::string_view first = bytes->next();
+  std::string_view first = internal::without_byte_order_mark(bytes->next());
   while (first.starts_with('#')) first.remove_prefix(std::min(first.find('\n'), first.size() - 1) + 1);
   return begins_with_header(first, "segment,kind,index,begin_ns,end_ns") || begins_with_header(first, "begin_ns,end_ns");
 }

@@ -289,14 +289,15 @@ std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string&
   return std::nullopt;
 }
 
-void locate(ExpectationResult& result, const MetricSamples& samples, double base_per_unit) {
+void locate(ExpectationResult& result, const MetricSamples& samples, double base_per_unit,
+            std::optional<double> base_limit) {
   // A maximum that is too small, or a count that is too low, has no place.
   const bool least = samples.kind == Kind::least;
   const std::optional<double>& limit = least ? result.min : result.max;
   if (!limit || !result.value || (least ? *result.value >= *limit : *result.value <= *limit)) return;
+  const double base = base_limit.value_or(*limit * base_per_unit);
   const auto breaks = [&](const MetricSample& sample) {
-    const double value = sample.amount / base_per_unit;
-    return samples.kind == Kind::count || !(least ? value >= *limit : value <= *limit);
+    return samples.kind == Kind::count || !(least ? sample.amount >= base : sample.amount <= base);
   };
   const MetricSample *first = nullptr, *worst = nullptr;
   for (const MetricSample& sample : samples.samples) {

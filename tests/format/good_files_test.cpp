@@ -275,9 +275,9 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   CHECK(smith.scene.local_model == LocalModel::none);
 }
 
-TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
+TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond, also after a byte order mark") {
   const Folder folder;
-  folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0.0333333333333,1e-3,-2e-3,0.5\n");
+  folder.write("hand.csv", "\xEF\xBB\xBFt_s,x_m,y_m,z_m\n0,0,0,0\n0.0333333333333,1e-3,-2e-3,0.5\n");
   std::string text = kSpring;
   text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
                "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");

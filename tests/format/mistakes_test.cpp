@@ -145,6 +145,7 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
   refused(with("adapt = { start = \"101 ms\" }"), "start 101 ms and max 100 ms must not decrease");
   refused(with("adapt = { min = \"6 ms\", max = \"5 ms\" }"), "min 6 ms, start 6 ms and max 5 ms must not decrease");
   refused(with("adapt = { slew = \"51 %\" }"), "'slew': \"51 %\" is out of range");
+  refused(with("adapt = { slew = \"0.00005 %\" }"), "'slew': \"0.00005 %\" is finer than 1 ppm");
   refused(with("adapt = { window = \"0 s\" }"), "'window': \"0 s\" is out of range");
   refused(with("adapt = { margin = \"-1 ms\" }"), "'margin'");
   refused(with("adapt = { maximum = \"5 ms\" }"), "unknown key 'maximum'");
@@ -338,6 +339,8 @@ TEST_CASE("A fault, a pool or a stop that cannot be is named where it stands") {
           {"driver = \"pid\"", "driver = \"pid\"\nsample_time = \"taken\"",
            "scenario.toml:15:15: error: 'sample_time': \"taken\" needs reports that say when they were taken"},
           {"driver = \"pid\"", "driver = \"pid\"\nclock_rate_error = \"2000 ppm\"", "'clock_rate_error': \"2000 ppm\""},
+          {"driver = \"pid\"", "driver = \"pid\"\nclock_rate_error = \"-100.5 ppm\"",
+           "'clock_rate_error': \"-100.5 ppm\" is finer than 1 ppm; write whole millionths, such as \"-100 ppm\""},
           {"driver = \"pid\"", "driver = \"pid\"\nreport_age = \"-1 ms\"", "'report_age': \"-1 ms\" is out of range"},
           {"pool = 3", "pool = 41", "'pool': 41 is out of range; it must be at least 0 and at most 40"},
           {"pool = 3", "pool = -1", "'pool': -1 is out of range"},

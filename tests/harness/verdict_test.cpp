@@ -40,6 +40,27 @@ TEST_CASE("a run that asserts nothing has no verdict, and exits with 1 unless th
   CHECK(outcome_of(kHolds).exit == ExitCode::pass);
 }
 
+TEST_CASE("a time that equals its limit holds, in every unit, and one ns beyond it fails") {
+  const auto verdicts = [](const std::string& latency, const std::vector<std::string>& limits) {
+    std::string expectations;
+    for (const std::string& limit : limits)
+      expectations += "{ signal = \"left.buffers.phase_locked\", metric = \"latency\", " + limit + " },";
+    const RunOutcome outcome = run_scenario(
+        read("paper/figure-1-spring.toml", {"run.duration=\"0.4 s\"", "run.warmup=\"0.2 s\"",
+                                            "remap.latency=\"" + latency + "\"", "expect=[" + expectations + "]"}),
+        {});
+    std::vector<Verdict> out;
+    for (const ExpectationResult& result : outcome.results) out.push_back(result.verdict);
+    return out;
+  };
+  CHECK(verdicts("43 ms", {"equals = \"43 ms\"", "equals = \"0.043 s\"", "equals = \"43000 us\"", "max = \"43 ms\"",
+                           "min = \"43 ms\", max = \"0.043 s\""}) == std::vector<Verdict>(5, Verdict::pass));
+  CHECK(verdicts("12.03 ms", {"equals = \"12.03 ms\"", "max = \"12.03 ms\"", "min = \"12.03 ms\""}) ==
+        std::vector<Verdict>(3, Verdict::pass));
+  CHECK(verdicts("43 ms", {"equals = \"43.000001 ms\"", "max = \"42.999999 ms\"", "min = \"43.000001 ms\""}) ==
+        std::vector<Verdict>(3, Verdict::fail));
+}
+
 TEST_CASE("an expectation for the other clock is skipped, in its place") {
   const RunOutcome outcome = outcome_of(kFailsOnWall + ", " + kHolds);
   CHECK(outcome.exit == ExitCode::pass);

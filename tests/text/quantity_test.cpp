@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "catch.h"
 #include "evenstep/text/rational.h"
 #include "evenstep/text/suggest.h"
@@ -179,6 +181,40 @@ TEST_CASE("A limit keeps its number and unit, its factor is resolved later") {
   CHECK_THAT(unit_factor("", "s", 0, nominal).error(), Contains("needs a unit"));
   CHECK_THAT(unit_factor("ms", "m", 0, nominal).error(), Contains("'ms' is a unit of time, not of length"));
   CHECK_THAT(unit_factor("segment", "s", 0, {}).error(), Contains("not known"));
+}
+
+TEST_CASE("A limit equals the measured value that it names, in every unit: 100 000 times in whole ns, and shares") {
+  std::uint64_t state = 1;
+  for (int i = 0; i < 100'000; ++i) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    const std::int64_t ns = 1'000'000 + static_cast<std::int64_t>((state >> 20) % 99'000'000);
+    const double measured = seconds(Duration{ns});
+    for (const auto& [unit, decimals] : {std::pair("us", 3), {"ms", 6}, {"s", 9}, {"ns", 0}}) {
+      std::string digits = fmt::format("{:0>{}}", ns, decimals + 1);
+      if (decimals > 0) digits.insert(digits.size() - static_cast<std::size_t>(decimals), ".");
+      const Limit limit = *parse_limit(fmt::format("{} {}", digits, unit));
+      CAPTURE(digits, unit);
+      REQUIRE(*in_base(limit, "s", 0, {}) == measured);
+      REQUIRE(*in_unit(measured, unit, "s", 0, {}) == limit.number);
+    }
+  }
+  for (int share = 0; share <= 10'000; ++share) {  // 0.00 % to 100.00 %
+    const double measured = share / 10'000.0;
+    const Limit limit = *parse_limit(fmt::format("{}.{:02} %", share / 100, share % 100));
+    CAPTURE(share);
+    REQUIRE(*in_base(limit, "1", 0, {}) == measured);
+    REQUIRE(*in_unit(measured, "%", "1", 0, {}) == limit.number);
+  }
+  const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
+  for (int count = 0; count <= 1000; ++count) {
+    const double measured = seconds(Duration{count * nominal.segment.ns});
+    REQUIRE(*in_base({static_cast<double>(count), "segment"}, "s", 0, nominal) == measured);
+    REQUIRE(*in_unit(measured, "segment", "s", 0, nominal) == count);
+  }
+  CHECK(*in_base({0.7, "min"}, "s", 0, {}) == 42);
+  CHECK(*in_unit(42, "min", "s", 0, {}) == 0.7);
+  CHECK(std::isinf(*in_unit(INFINITY, "ms", "s", 0, {})));
+  CHECK_THAT(in_base({1, "ms"}, "m", 0, {}).error(), Contains("'ms' is a unit of time, not of length"));
 }
 
 TEST_CASE("A rate of a long recording is within 1 / (den * 9e9) of the quotient and its denominator times 1e9 fits int64") {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "evenstep/text/text_file.h"
+
 namespace evenstep::internal {
 
 bool CsvRows::take_line() {
@@ -23,6 +25,7 @@ bool CsvRows::take_line() {
 void CsvRows::skip_remarks() {
   for (;;) {
     if (text_.empty() && pieces_) text_ = pieces_();
+    if (line_number_ == 0) text_ = without_byte_order_mark(text_);
     if (!text_.starts_with('#')) return;
     take_line();
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "evenstep/text/rational.h"
 #include "evenstep/text/units.h"
 
@@ -79,6 +81,18 @@ Result<const Unit*> unit_of(const internal::NumberAndUnit& split, std::string_vi
 }
 
 bool is_fraction(const internal::NumberAndUnit& split) { return split.divisor.mantissa != 1 || split.divisor.exponent != 0; }
+
+/// number * 10^exponent * scale / divisor, where `number` stands for the shortest decimal that reads as it: what a user
+/// wrote with at most 15 digits, and any time in whole ns. Rounded once if scale or divisor is 1 and the digits fit.
+double scaled(double number, int exponent, std::int64_t scale, std::int64_t divisor) {
+  const Decimal decimal = internal::split_number(fmt::format("{}", number)).number;
+  const int shifted = decimal.exponent + exponent;
+  std::int64_t product = 0;
+  if (__builtin_mul_overflow(decimal.mantissa, scale, &product))
+    return internal::to_double({decimal.mantissa, shifted}) * static_cast<double>(scale);
+  return internal::to_double({product, shifted}) / static_cast<double>(divisor);
+}
+
 const char* const kOnlyRatesAreFractions = "only a rate may be a fraction; write a decimal number";
 
 }  // namespace
@@ -176,6 +190,26 @@ Result<double> unit_factor(std::string_view unit, std::string_view base, double 
     return seconds(*length);
   }
   return internal::to_double({found->scale, found->exponent});
+}
+
+Result<double> in_base(const Limit& limit, std::string_view base, double step_value, const NominalUnits& nominal) {
+  const Result<double> factor = unit_factor(limit.unit, base, step_value, nominal);
+  const Unit* unit = internal::find_unit(limit.unit);
+  if (!factor || unit == nullptr || limit.unit == base || !std::isfinite(limit.number))
+    return factor ? Result<double>(limit.number * *factor) : factor;
+  if (const Duration* length = nominal_length(nominal, unit->kind))
+    return limit.number * static_cast<double>(length->ns) / 1e9;  // of a whole number the product is exact
+  return scaled(limit.number, unit->exponent, unit->scale, 1);
+}
+
+Result<double> in_unit(double base_value, std::string_view unit_name, std::string_view base, double step_value,
+                       const NominalUnits& nominal) {
+  const Result<double> factor = unit_factor(unit_name, base, step_value, nominal);
+  const Unit* unit = internal::find_unit(unit_name);
+  if (!factor || unit == nullptr || unit_name == base || !std::isfinite(base_value))
+    return factor ? Result<double>(base_value / *factor) : factor;
+  if (const Duration* length = nominal_length(nominal, unit->kind)) return scaled(base_value, 9, 1, length->ns);
+  return scaled(base_value, -unit->exponent, 1, unit->scale);
 }
 
 }  // namespace evenstep

@@ -73,8 +73,7 @@ bool Lines::next(std::string_view& line) {
   }
   if (!any) return false;
   if (line_.ends_with('\r')) line_.pop_back();
-  line = line_;
-  if (++number_ == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+  line = ++number_ == 1 ? without_byte_order_mark(line_) : line_;
   return true;
 }
 

@@ -355,6 +355,15 @@ Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& 
   return parsed.value_or({});
 }
 
+std::int64_t Table::whole_ppm(std::string_view key, Errors& errors) const {
+  const double ppm = *in_unit(si(key), "ppm", "1", 0, {});
+  const auto whole = static_cast<std::int64_t>(ppm);
+  if (static_cast<double>(whole) != ppm)
+    errors.add(place(key), fmt::format("'{}': \"{}\" is finer than 1 ppm; write whole millionths, such as \"{} ppm\"", key,
+                                       text(key), whole));
+  return whole;
+}
+
 JitterText Table::jitter(std::string_view key) const {
   const std::string written = text(key);
   const bool uniform = is_uniform(written);

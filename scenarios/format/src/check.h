@@ -79,6 +79,8 @@ class Table {
   /// For a field of the form kSpan. Adds an error if the nominal unit makes it too long. If the nominal times are not known,
   /// [timing] has an error already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
+  /// A ratio in millionths. Adds an error if that is no whole number.
+  std::int64_t whole_ppm(std::string_view key, Errors& errors) const;
   JitterText jitter(std::string_view key) const;
   Duration smooth(std::string_view key) const;
   WorkText work(std::string_view key) const;

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "drivers.h"
 #include "field_rows.h"
@@ -129,10 +128,7 @@ ReportAge read_age(const ScenarioReading& reading, const Table& device, const Dr
   if (device.has("report_age")) age.least = device.span("report_age", reading.scenario.nominal, reading.errors);
   if (device.has("report_age_jitter"))
     age.jitter = device.span("report_age_jitter", reading.scenario.nominal, reading.errors);
-  if (device.has("clock_rate_error")) {
-    const double ppm = device.si("clock_rate_error") * 1e6;
-    age.clock_ppm = static_cast<std::int64_t>(ppm < 0 ? ppm - 0.5 : ppm + 0.5);
-  }
+  if (device.has("clock_rate_error")) age.clock_ppm = device.whole_ppm("clock_rate_error", reading.errors);
   if (device.has("sample_time")) age.follows_clock = device.text("sample_time") == "taken";
   if (age.follows_clock.value_or(false) && !says_when_taken(driver))
     reading.errors.add(device.place("sample_time"),

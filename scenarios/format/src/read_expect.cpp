@@ -105,9 +105,8 @@ bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal)
   const Unit* max_unit = find_unit(max.unit);
   if (min_unit == nullptr || max_unit == nullptr || min_unit->dimension != max_unit->dimension) return false;
   const std::string_view base = info(min_unit->dimension).base;
-  const Result<double> min_factor = unit_factor(min.unit, base, 0, nominal),
-                       max_factor = unit_factor(max.unit, base, 0, nominal);
-  return min_factor && max_factor && min.number * *min_factor > max.number * *max_factor;
+  const Result<double> least = in_base(min, base, 0, nominal), most = in_base(max, base, 0, nominal);
+  return least && most && *least > *most;
 }
 
 void read_limits(const Table& expect, Expectation& expectation, const NominalUnits& nominal, Errors& errors) {
@@ -159,10 +158,9 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
     return errors.add(place,
                       "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
                       "the underruns of this run without it, or give a duration");
-  const Result<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
-  if (!unit) return errors.add(expect.place("max"), fmt::format("'max': {}", unit.error()));
-  const double most = expectation.max->number * *unit;
-  if (most <= 0 || most >= 1)
+  const Result<double> most = in_base(*expectation.max, "1", 0, reading.scenario.nominal);
+  if (!most) return errors.add(expect.place("max"), fmt::format("'max': {}", most.error()));
+  if (*most <= 0 || *most >= 1)
     errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
 }
 

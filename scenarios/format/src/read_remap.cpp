@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "field_rows.h"
 #include "sections.h"
@@ -83,7 +82,7 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
   options.start = adapt.has("start") ? adapt.span("start", nominal, reading.errors) : options.least;
   options.window = adapt.span("window", nominal, reading.errors);
   options.margin = adapt.span("margin", nominal, reading.errors);
-  options.slew_ppm = std::llround(adapt.si("slew") * 1e6);
+  options.slew_ppm = adapt.whole_ppm("slew", reading.errors);
   Budget& latency = reading.scenario.remap.latency;
   if (latency.kind != Budget::Kind::adaptive) return;
   latency.fixed = options.most;

@@ -1,7 +1,6 @@
 // [source]
 #include <fmt/format.h>
 
-#include <cmath>
 
 #include "field_rows.h"
 #include "sections.h"
@@ -19,7 +18,7 @@ SourceSpec read_travel(ScenarioReading& reading, const Table& source) {
           .lost = source.si("lost"),
           .late = source.si("late"),
           .late_by = span("late_by"),
-          .clock_ppm = std::llround(source.si("clock_rate_error") * 1e6)};
+          .clock_ppm = source.whole_ppm("clock_rate_error", reading.errors)};
 }
 
 /// The forces of a source are forces only: nothing on the device's side knows what made them.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "evenstep/format/load.h"
@@ -96,8 +97,21 @@ std::optional<std::partial_ordering> compare(const Measure& a, const Measure& b)
   const Unit *of_a = find_unit(a.unit), *of_b = find_unit(b.unit);
   if (of_a == nullptr || of_b == nullptr) return std::nullopt;
   if (of_a->dimension != of_b->dimension || of_a->kind != of_b->kind) return std::nullopt;
-  const auto base = [](double number, const Unit& unit) { return number * to_double({unit.scale, unit.exponent}); };
-  return base(a.number, *of_a) <=> base(b.number, *of_b);
+  // A nominal time such as "8 segments" and "8 segment" has no length here, and needs none.
+  if (of_a->kind != UnitKind::plain) return a.number <=> b.number;
+  const std::string_view base = info(of_a->dimension).base;
+  return *in_base({a.number, a.unit}, base, 0, {}) <=> *in_base({b.number, b.unit}, base, 0, {});
+}
+
+/// The same text for values of an axis that are equal: the number in the base unit if it has a unit with a fixed size.
+std::string in_common_unit(const std::string& text, const Place& place) {
+  const std::optional<Measure> measure = measure_of(parse_toml_value(text, place));
+  if (!measure) return text;
+  const Unit* unit = find_unit(measure->unit);
+  if (unit == nullptr) return measure->unit.empty() ? text : fmt::format("{} {}", measure->number, measure->unit);
+  if (unit->kind != UnitKind::plain) return fmt::format("{} {}", measure->number, unit->name);
+  const DimensionInfo& of_unit = info(unit->dimension);
+  return fmt::format("{} {}", *in_base({measure->number, measure->unit}, of_unit.base, 0, {}), of_unit.base);
 }
 
 /// The number of decimals with which a number in this unit is a whole number of nanoseconds; -1 if the unit is not a time
@@ -167,6 +181,18 @@ std::string refusal(std::string_view path) {
   return {};
 }
 
+/// Adds an error for each value that an earlier one equals, in whatever unit: its points would be run and counted twice.
+void check_different(const SweepAxis& axis, Errors& errors) {
+  std::map<std::string, std::string> seen;  // the value in the base unit, and as it is written first
+  for (const std::string& text : axis.values) {
+    const auto [first, is_new] = seen.emplace(in_common_unit(text, axis.place), text);
+    if (is_new) continue;
+    errors.add(axis.place, first->second == text
+                               ? fmt::format("'{}': {} is there twice", axis.path, text)
+                               : fmt::format("'{}': {} is there twice: it equals {}", axis.path, text, first->second));
+  }
+}
+
 SweepAxis read_axis(const Entry& entry, Errors& errors) {
   SweepAxis axis{entry.key, {}, entry.place};
   if (const std::string error = refusal(axis.path); !error.empty()) {
@@ -184,10 +210,7 @@ SweepAxis read_axis(const Entry& entry, Errors& errors) {
   } else {
     append(entry.value);
   }
-  std::set<std::string> seen;
-  for (const std::string& value : axis.values) {
-    if (!seen.insert(value).second) errors.add(entry.place, fmt::format("'{}': {} is there twice", axis.path, value));
-  }
+  check_different(axis, errors);
   return axis;
 }
 

@@ -68,6 +68,8 @@ TEST_CASE("What is wrong with a sweep is named with its place") {
   CHECK_THAT(grid("\"run.seed\" = [1]"), Contains("x.toml:14:1: error: seeds have a key of their own"));
   CHECK_THAT(grid("\"sweep.seeds\" = [1]"), Contains("cannot be part of a grid"));
   CHECK_THAT(grid("\"remap.latency\" = [\"5 ms\", \"5 ms\"]"), Contains("is there twice"));
+  CHECK_THAT(grid("\"remap.latency\" = [\"0.009 s\", \"9 ms\"]"), Contains("is there twice: it equals \"0.009 s\""));
+  CHECK_THAT(grid("\"remap.latency\" = [\"1 segment\", \"1 segments\"]"), Contains("is there twice: it equals"));
   CHECK_THAT(grid("\"remap.latency\" = []"), Contains("x.toml:14:"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 ms\", count = 3 }"),
              Contains("'to' must be above 'from'"));
@@ -113,6 +115,11 @@ TEST_CASE("What a sweep finds must be a key of its grid with rising values, and 
   };
   const std::string rising = "[\"900 us\", \"5 ms\", \"0.01 s\"]";
   CHECK(find(rising, "smallest = \"remap.latency\"\nat_most = \"6 ms\"").empty());
+  const std::string seconds = "[\"0.009 s\", \"0.012 s\"]";  // 9 * 1e-3 is not 0.009
+  CHECK(find("[\"9 ms\", \"12 ms\"]", "smallest = \"remap.latency\"\nat_most = \"0.009 s\"").empty());
+  CHECK(find(seconds, "smallest = \"remap.latency\"\nat_most = \"9 ms\"").empty());
+  CHECK(find(seconds, "largest = \"remap.latency\"\nat_least = \"12 ms\"").empty());
+  CHECK_THAT(find("[\"0.009 s\", \"9 ms\"]", "smallest = \"remap.latency\""), Contains("does not come after"));
   CHECK(find(rising, "largest = \"remap.latency\"\nat_least = \"6 ms\"").empty());
   CHECK_THAT(find(rising, "smallest = \"remap.lead\""), Contains("x.toml:16:") && Contains("no key of [sweep.grid]"));
   CHECK_THAT(find(rising, "where = \"all-pass\""), Contains("'smallest' or 'largest'"));

@@ -41,7 +41,9 @@ MetricSamples joined(MetricSamples missing, const MetricSamples& late);
 std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string& signal, const std::string& metric);
 
 /// Fills in `first`, `worst` and `where` of a result that has failed. `base_per_unit` is the size of the result's unit in
-/// the metric's base unit.
-void locate(ExpectationResult& result, const MetricSamples& samples, double base_per_unit);
+/// the metric's base unit; `base_limit` is the limit in that unit, rounded once, so that a sample that equals it is within.
+/// Without it the limit is its number times `base_per_unit`.
+void locate(ExpectationResult& result, const MetricSamples& samples, double base_per_unit,
+            std::optional<double> base_limit = std::nullopt);
 
 }  // namespace evenstep

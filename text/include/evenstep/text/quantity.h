@@ -50,5 +50,11 @@ Result<Limit> parse_limit(std::string_view text);
 /// The factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: the value of the unit
 /// "step" here; 0 if that unit has no value here.
 Result<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
+/// The limit in the base unit, rounded once: "12.03 ms" is exactly seconds(12 030 000 ns), and "7 %" exactly 7.0 / 100. A
+/// value in the base unit is compared with this. Errors as of unit_factor.
+Result<double> in_base(const Limit& limit, std::string_view base, double step_value, const NominalUnits& nominal);
+/// A value in the base unit as a number of `unit`, rounded once, for display. Errors as of unit_factor.
+Result<double> in_unit(double base_value, std::string_view unit, std::string_view base, double step_value,
+                       const NominalUnits& nominal);
 
 }  // namespace evenstep

@@ -15,6 +15,12 @@ namespace evenstep::internal {
 /// `most_bytes`, or cannot be read.
 Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
+/// The text without the byte order mark of UTF-8 that some editors and spreadsheets write at the beginning of a file.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  return text;
+}
+
 /// Writes to another name in the same folder and then renames, so that the file is either complete or as it was before; a
 /// pipe or a device is written to directly. Returns what went wrong; empty: ok.
 std::string write_text_file(const std::string& path, std::string_view text);
