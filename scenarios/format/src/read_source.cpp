@@ -1,7 +1,6 @@
 // [source]
 #include <fmt/format.h>
 
-
 #include "field_rows.h"
 #include "sections.h"
 
