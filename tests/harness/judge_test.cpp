@@ -63,7 +63,7 @@ TEST_CASE("under a lower limit the worst of a star's signals is the smallest: on
   CHECK(both.results[0].signal == "left.interaction.direct");
 }
 
-TEST_CASE("a signal that a star matches and that could have the metric is never left out: without a value it is an error") {
+TEST_CASE("a signal that a star matches and that could have the metric is an error if it has no value") {
   // Segments of one second: a map acquires until it has seen a complete one, so in this run its steps are not judged.
   const auto judged = [](const std::string& signal) {
     const RunOutcome outcome =
