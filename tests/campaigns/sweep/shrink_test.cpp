@@ -55,6 +55,7 @@ std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, con
       "late.toml",
       "format = 1\nname = \"late\"\n[run]\nwarmup = \"2 segments\"\nstrategies = [\"direct\", \"paper\"]\n"
       "[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\nphase = \"0.01 segment\"\n"
+      "render = { kind = \"force\", emission = \"hold\" }\n"
       "motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.1 s\" }\n"
       "[remap]\nlead = \"2 ms\"\nlatency = \"14 ms\"\n"
       "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underruns\"\nequals = 0\n"
@@ -238,7 +239,7 @@ TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns 
                  fmt::format("metric = \"underrun_rate\", max = \"5 %\", confidence = \"95 %\", seeds = {}", seeds));
     return folder.write(name, text);
   };
-  const std::string path = with("rate.toml", "18 ms", 20);
+  const std::string path = with("rate.toml", "20.2 ms", 20);
   const Scenario scenario = *read_scenario(path);
   const std::vector<StrategyPlan> plans = plan(scenario);
   std::optional<std::uint64_t> clean, hit;
