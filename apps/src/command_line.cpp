@@ -53,8 +53,8 @@ namespace {
 
 /// Whether the command is asked for its text alone: a reader that closes the pipe has read as much of it as it wants.
 bool only_prints(std::string_view command) {
-  constexpr std::array kSuch = std::to_array<std::string_view>(
-      {"list", "schema", "completion", "manual", "help", "--help", "-h", "--version"});
+  constexpr std::array kSuch =
+      std::to_array<std::string_view>({"list", "schema", "completion", "manual", "help", "--help", "-h", "--version"});
   return std::find(kSuch.begin(), kSuch.end(), command) != kSuch.end();
 }
 

@@ -59,7 +59,8 @@ ExitCode compare_runs(const CompareArguments& arguments, const std::atomic<bool>
   const std::optional<CompareSide> a = side_of(arguments.a), b = side_of(arguments.b);
   if (!thresholds || !a || !b) return ExitCode::usage;
   const ComparisonRecord record = compare(*a, *b, *thresholds, arguments.allow_missing);
-  if (!arguments.markdown.empty() && !write_text(arguments.markdown, comparison_markdown(record))) return ExitCode::run_failed;
+  if (!arguments.markdown.empty() && !write_text(arguments.markdown, comparison_markdown(record)))
+    return ExitCode::run_failed;
   if (!arguments.html.empty() && !write_text(arguments.html, comparison_page(record, again(arguments))))
     return ExitCode::run_failed;
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");

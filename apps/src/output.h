@@ -14,8 +14,8 @@ namespace evenstep::app {
 bool on_github();
 /// To be called before anything is printed. `program` is how this program was started, for messages that name a command.
 void prepare_output(const std::string& program);
-/// To be called after everything was printed: `code`, or run_failed, with a message, if stdout has not taken all of it (a full
-/// disk, a closed pipe). A reader that closes the pipe is no failure, but ExitCode::pass, if it `may_stop`.
+/// To be called after everything was printed: `code`, or run_failed, with a message, if stdout has not taken all of it (a
+/// full disk, a closed pipe). A reader that closes the pipe is no failure, but ExitCode::pass, if it `may_stop`.
 ExitCode finish_output(ExitCode code, bool may_stop);
 /// Prints the annotation; nothing if this is no step of GitHub Actions.
 void annotate(AnnotationLevel level, const Place& place, const std::string& title, const std::string& message);

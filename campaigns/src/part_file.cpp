@@ -41,7 +41,7 @@ void make_folder_of(const std::string& file) {
   if (error) throw std::runtime_error(fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
 }
 
-/// Opens a file that no other process writes. `remedy` is for one that another process has ended in the meantime: its lock is
+/// Opens a file that no other process writes. `remedy` is for one that another process has ended meanwhile: its lock is
 /// free then, but what was opened has its final name by now.
 int open_alone(const std::string& path, const char* remedy) {
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);

@@ -128,8 +128,8 @@ std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, c
                                           summary.all.runs(), summary.all.failed, summary.all.errors));
   if (summary.stopped)
     outcome += element("p", fmt::format("It stopped early, after {} of {} points.", summary.all.runs(), header.points()));
-  outcome +=
-      found(header, summary) + unreached(header, summary) + unjudged(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
+  outcome += found(header, summary) + unreached(header, summary) + unjudged(header, summary) +
+             element("p", {{"class", "quiet"}}, element("code", header.file));
   Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
   const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
   page.sections = {{"values", "Values", all + axes(header, summary)}};

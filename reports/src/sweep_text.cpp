@@ -92,9 +92,10 @@ std::vector<std::string> unjudged(const SweepHeader& header, const SweepSummary&
 }
 
 std::string unjudged_text(const std::string& expectation) {
-  return fmt::format("no point judged {}, as it applied to none: the sweep does not test what it is meant to; give it more "
-                     "seeds, or remove the expectation",
-                     expectation);
+  return fmt::format(
+      "no point judged {}, as it applied to none: the sweep does not test what it is meant to; give it more "
+      "seeds, or remove the expectation",
+      expectation);
 }
 
 void put_tally(Json& out, const SweepTally& tally) {
@@ -236,7 +237,7 @@ std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, c
   for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
     out["sometimes"].push_back({{"name", header.sometimes[i].name},
                                 {"reached", summary.reached[i]},
-                                {"verdict", !summary.complete   ? "not judged"
+                                {"verdict", !summary.complete        ? "not judged"
                                             : summary.reached[i] > 0 ? "pass"
                                                                      : "fail"}});
   }

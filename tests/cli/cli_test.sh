@@ -349,7 +349,7 @@ case_a_failure_says_when_and_what_would_do() {
   grep -q "failure</text>" runs/x/figure-1b-left.svg || fail "not in the figure"
   grep -q "worst failure</text>" runs/x/figure-2to4.svg || fail "not in the segment"
   local enough
-  enough=$(sed -nE 's/^    late first .*; latency ([0-9.]+ ms) would do$/\1/p' out | tail -1)
+  enough=$(sed -nE 's/^    late first .*; latency ([0-9.]+ ms) would do$/\1/p' out | sort -n | tail -1)
   expect 1 "must fail:" check x.toml
   grep -q "latency $enough would do" out || fail "check does not say what would do"
   expect 0 "expectations" check x.toml --set "remap.latency=\"$enough\""

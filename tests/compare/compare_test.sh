@@ -70,7 +70,7 @@ case_usage_and_bad_input_exit_with_2() {
   expect 2 "broken/summary.json:2:1: error: is not JSON" compare a broken
   mkdir new && sed 's/"format":1/"format":2/' a/summary.json >new/summary.json
   expect 2 "is of format 2, and this evenstep reads format 1" compare a new
-  expect 2 "cannot be written" compare a a --markdown nowhere/x.md
+  expect 3 "cannot be written" compare a a --markdown nowhere/x.md
   expect 2 "required" compare a
 }
 case_folders_lists_and_summaries_are_compared() {

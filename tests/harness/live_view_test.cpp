@@ -92,7 +92,8 @@ TEST_CASE("a run that is watched replays to the same hash, and what was seen is 
   for (std::size_t n = 0; n < viewer.steps.size(); ++n) {
     REQUIRE(viewer.steps[n].number == static_cast<std::int64_t>(n));
     REQUIRE(to_vec3(viewer.steps[n].tools[0].hand_m) == device.steps[n].position_m);
-    REQUIRE(viewer.steps[n].force_margin == live.steps[n].emission - live.steps[n].end);
+    const RealTime deadline = device.interpolates ? live.steps[n].line_from : live.steps[n].emission;
+    REQUIRE(viewer.steps[n].force_margin == deadline - live.steps[n].end);
   }
   const auto late = [&](UnderrunRow::Side side) {
     return std::count_if(live.underruns.begin(), live.underruns.end(),

@@ -38,7 +38,7 @@ TEST_CASE("What cannot be written says why, and leaves nothing") {
   CHECK(place.files() == 0);
 }
 
-TEST_CASE("What a killed process has left is removed by the next one that writes there, and by no one that writes elsewhere") {
+TEST_CASE("What a killed process has left is removed by the next one that writes there, and by none that writes elsewhere") {
   const Place place;
   const fs::path left = place.folder / ".a.writing-1";
   REQUIRE(fs::create_directory(left));

@@ -86,9 +86,10 @@ std::pair<Place, RealTime> written(const FaultPlace& place, RealTime from, Scena
 bool comes_too_late(const std::string& what, RealTime at, const Place& place, ScenarioReading& reading) {
   const Duration run = reading.scenario.run_duration;
   if (at < RealTime{run.ns}) return false;
-  reading.errors.add(place, fmt::format("'{}': the run has ended by {}, before this begins; let it begin earlier, run longer, "
-                                        "or remove it",
-                                        what, in_ms(run)));
+  reading.errors.add(place,
+                     fmt::format("'{}': the run has ended by {}, before this begins; let it begin earlier, run longer, "
+                                 "or remove it",
+                                 what, in_ms(run)));
   return true;
 }
 
@@ -106,7 +107,8 @@ void check_begins(ScenarioReading& reading) {
     const std::vector<Table> events = table.tables("events");
     for (std::size_t i = 1; i < events.size(); ++i)
       comes_too_late(fmt::format("device.{}.events.{}", device.name, i),
-                     RealTime{events[i].span("at", reading.scenario.nominal, reading.errors).ns}, events[i].place("at"), reading);
+                     RealTime{events[i].span("at", reading.scenario.nominal, reading.errors).ns}, events[i].place("at"),
+                     reading);
   }
 }
 

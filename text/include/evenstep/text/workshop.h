@@ -8,7 +8,7 @@
 
 namespace evenstep::internal {
 
-/// A folder beside `place`, in which what will stand there is made, so that the older one or the new one is there, and whole,
+/// A folder beside `place`, in which what will stand there is made, so that the older or the new one is there, and whole,
 /// whatever happens meanwhile (a full disk, a killed process). Any number of processes may make something for the same place
 /// at once: the last one that puts it there wins. What a killed process has left is removed by the next one.
 class Workshop {

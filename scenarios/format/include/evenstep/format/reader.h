@@ -18,7 +18,7 @@ ReadResult read_document(Value document, const std::string& path, const Registry
 /// Takes the faults that [run] faults_off names out of the tables: "timing.hitch", "device.left.faults.2". An unknown name
 /// is an error. A value that is not a list of names is left for the check to report.
 void switch_off_faults(Value& document, Errors& errors);
-/// Erases what the devices' faults would begin, or end, when a run of this length is over: a scenario that has it is refused.
+/// Erases those faults of devices that would begin when a run of this length is over: a scenario that has them is refused.
 /// The document was read without errors, and has no times in nominal units.
 void erase_faults_after(Value& document, Duration run);
 
