@@ -12,7 +12,7 @@ seconds=$1 targets=("${@:2}")
 if ((${#targets[@]} == 0)); then
   mapfile -t targets < <(cd -- "$repo/tests/fuzz" && printf '%s\n' *_fuzz.cpp | sed 's/_fuzz\.cpp$//')
 fi
-command -v clang++ >/dev/null || fail "clang++ is not installed (Debian 12: clang and libclang-rt-14-dev; 13: libclang-rt-dev)"
+command -v clang++ >/dev/null || fail "clang++ is not installed (Debian 12: libclang-rt-14-dev; 13: libclang-rt-dev)"
 
 set_up fuzz "${targets[@]/#/fuzz_}"
 mkdir -p -- "$build/found"
