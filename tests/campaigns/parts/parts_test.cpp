@@ -305,7 +305,7 @@ TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run
   for (std::string line; std::getline(lines, line);) {
     Json json = Json::parse(line);
     json.erase("check");
-    if (json.contains("cell") && json["index"] == 0) json["cell"]["schedule_differs"] = true;
+    if (json.contains("cell") && json["index"] == 20) json["cell"]["schedule_differs"] = true;  // rk4
     changed += internal::with_checksum(json_text(json)) + '\n';
   }
   folder.write("parts/catalogue.jsonl", changed);
