@@ -166,7 +166,7 @@ TEST_CASE("The expectation to shrink for is the first that fails or the one of a
   const Folder folder;
   const std::string path = scenario(folder, {{12, 5, 6'000'000}});
   ShrinkOptions options;
-  options.expect_line = 21;
+  options.expect_line = 22;
   CHECK(shrunk(folder, path, options).before.signal == "left.interaction.direct");
   options.expect_line = 3;
   const ShrinkOutcome outcome = shrink_scenario(path, options);
@@ -178,7 +178,7 @@ TEST_CASE("The expectation to shrink for is the first that fails or the one of a
 TEST_CASE("A scenario that passes is refused and a search that runs out of runs says so") {
   const Folder folder;
   ShrinkOptions options;
-  options.expect_line = 17;
+  options.expect_line = 18;
   const ShrinkOutcome passes = shrink_scenario(scenario(folder, {}), options);
   CHECK(passes.exit == ExitCode::usage);
   REQUIRE(passes.errors.size() == 1);
