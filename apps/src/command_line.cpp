@@ -47,10 +47,6 @@ void take_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether the command is asked for its text alone: a reader that closes the pipe has read as much of it as it wants.
 bool only_prints(std::string_view command) {
   constexpr std::array kSuch =

@@ -25,11 +25,11 @@ quietly within apt-get update
 quietly within apt-get install -y --no-install-recommends git ${compiler:+"${compiler/clang++/clang}"}
 git clone -q -- "$source_dir" "$debian/srv/evenstep"   # where tests that become another user can read it
 
-timed './run.sh run scenarios/paper --out ~/runs'
+timed './run.sh run scenarios/paper --out /srv/runs'
 quietly "$build_dir/apps/evenstep" run "$source_dir/scenarios/paper" --out "$work/runs"
 trace_hashes "$work/runs" >"$work/hashes"
 [[ -s $work/hashes ]] || fail "no trace hashes"
-diff -- "$work/hashes" <(trace_hashes "$debian/root/runs") || fail "other trace hashes (> $release)"
+diff -- "$work/hashes" <(trace_hashes "$debian/srv/runs") || fail "other trace hashes (> $release)"
 
 timed "./test.sh ${EVENSTEP_TESTS-}"
 sed -n '/tests passed/,$p' "$work/log"

@@ -114,6 +114,8 @@ TEST_CASE("A value without a unit, with a wrong one or out of range is named wit
            "'steps': 1000000001 is out of range; it must be at least 1 and at most 1000000"},
           {"warmup = \"8 segments\"", "seed = -1", "'seed': -1 is out of range"},
           {"name = \"left\"", "name = \"left\"\nrate = \"0 Hz\"", "'rate': '0 Hz' is not above 0 Hz"},
+          {"name = \"left\"", "name = \"left\"\nforce_limit = \"1e13 N\"",
+           "'force_limit': \"1e13 N\" is out of range; it must be above 0 N and at most 1000000000000 N"},
           {"name = \"left\"", "name = \"left\"\nforce_limit = \"0 N\"",
            "'force_limit': \"0 N\" is out of range; it must be above 0 N"},
           {"name = \"left\"", "name = \"left\"\nphase = \"-1 ms\"", "'phase': \"-1 ms\" is out of range"},

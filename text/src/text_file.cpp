@@ -1,8 +1,6 @@
 #include "evenstep/text/text_file.h"
-#include "evenstep/text/workshop.h"
 
 #include <fmt/format.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+
+#include "evenstep/text/workshop.h"
 
 namespace evenstep::internal {
 

@@ -283,7 +283,7 @@ const std::vector<Field>& device_fields() {
        .forms = kQuantity,
        .meaning = "A longer force vector is shortened to this before it is sent. Default: 100 N; with `--device` 3 N.",
        .dimension = D::force,
-       .range = above(0),
+       .range = above(0, 1e12),  // ForceLimits::max_N
        .example = "\"3 N\""},
       {.table = "device",
        .key = "slew_limit",
