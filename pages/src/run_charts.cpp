@@ -44,6 +44,14 @@ std::size_t main_axis(const RunRecord& run, std::size_t device) {
   return static_cast<std::size_t>(std::max_element(reach.begin(), reach.end()) - reach.begin());
 }
 
+/// From when the force of a step is at the devices until the first of them needs it; below 0: it is late.
+Duration time_to_spare(const StepRow& step, const std::vector<DeviceRecord>& devices) {
+  if (step.lost) return {};  // no time is its own
+  Duration least = step.emission - arrival(step);
+  for (const DeviceRecord& device : devices) least = std::min(least, deadline(step, device) - arrival(step));
+  return least;
+}
+
 /// For each step, how many forces (its own too) wait in the schedule when it ends.
 std::vector<std::int64_t> waiting_forces(const StrategyRecord& strategy) {
   std::vector<std::int64_t> counts;
@@ -122,6 +130,7 @@ class StrategyCharts {
     put("run", [&](std::size_t n) { return (rows[n].end - rows[n].begin).ns; });
     put("read", [&](std::size_t n) { return (rows[n].read - rows[n].begin).ns; });
     put("emission", [&](std::size_t n) { return (rows[n].emission - rows[n].read).ns; });
+    put("spare", [&](std::size_t n) { return time_to_spare(rows[n], strategy_.devices).ns; });
     put("mapped", [&](std::size_t n) { return rows[n].mapped ? 1 : 0; });
     put("judged", [&](std::size_t n) { return rows[n].begin >= run_.nominal.judged_from && !rows[n].acquiring ? 1 : 0; });
     put("waiting", [&](std::size_t n) { return waiting[n]; });

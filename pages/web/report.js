@@ -57,7 +57,7 @@
     const end = begin.map((t, i) => t + steps.run[i] / SECOND), emission = read.map((t, i) => t + steps.emission[i] / SECOND);
     return {
       ...strategy, devices, segments, simulated, begin, read, end, emission,
-      spare: steps.run.map((run, i) => (steps.read[i] + steps.emission[i] - run) / SECOND),  // exact to the ns
+      spare: steps.spare.map((ns) => ns / SECOND),
       age: steps.read.map((ns) => -ns / SECOND),
       index: steps.index, segment: steps.segment, mapped: steps.mapped, judged: steps.judged, waiting: steps.waiting,
     };

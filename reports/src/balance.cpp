@@ -78,7 +78,7 @@ void check_steps(const RunRecord& run, const StrategyRecord& strategy, Ledger& l
       return sample.read == StepRead::underrun || sample.read == StepRead::gated;
     });
     underruns += std::count_if(strategy.steps.begin(), strategy.steps.end(),
-                               [&](const StepRow& step) { return internal::is_late(step, device); });
+                               [&](const StepRow& step) { return is_late(step, device); });
   }
   const auto rows = std::count_if(strategy.underruns.begin(), strategy.underruns.end(),
                                   [&](const UnderrunRow& row) { return row.step < steps; });

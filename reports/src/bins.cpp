@@ -72,7 +72,7 @@ Timeline force_timeline(const StrategyRecord& strategy, std::size_t device_index
     const std::size_t twin = n * strategy.devices.size() + device_index;
     if (twin < strategy.twin_force_N.size())
       add(timeline.from_ideal, begin, device.steps[n].force_N, strategy.twin_force_N[twin]);
-    if (internal::is_late(strategy.steps[n], device)) timeline.underruns.push_back(begin);
+    if (is_late(strategy.steps[n], device)) timeline.underruns.push_back(begin);
   }
   return timeline;
 }

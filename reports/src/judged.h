@@ -27,15 +27,6 @@ Series force_series(const DeviceRecord& device, const Rows<std::size_t>& ticks, 
 
 /// When the force of a tick really left: the scheduled time plus its lateness (none in virtual time).
 inline RealTime sent_at(const TickRow& tick) { return tick.at + tick.lateness; }
-/// When the force of a step is at the device.
-inline RealTime arrival(const StepRow& step) { return step.end + step.transport; }
-/// When the force of a step must be there, so that no tick of the device misses it.
-inline RealTime deadline(const StepRow& step, const DeviceRecord& device) {
-  return device.interpolates ? step.line_from : step.emission;
-}
-inline bool is_late(const StepRow& step, const DeviceRecord& device) {
-  return step.mapped && !step.lost && arrival(step) > deadline(step, device);
-}
 
 const Nominal::Device* nominal_device(const Nominal& nominal, const std::string& name);
 

@@ -171,7 +171,7 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
 
 /// The first instant at which a tick needs the force. One at the begin of the line that leads to it does not.
 RealTime needed_from(const StepRow& step, const DeviceRecord& device) {
-  return std::min(step.emission, internal::deadline(step, device) + Duration{1});
+  return std::min(step.emission, deadline(step, device) + Duration{1});
 }
 
 /// The number of ticks that needed a force which was not there yet: in [needed, E) of some judged step; each tick counts
@@ -180,7 +180,7 @@ std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, co
                   const Rows<std::size_t>& ticks) {
   std::vector<bool> hit(ticks.size());  // by place among `ticks`
   for (const std::size_t n : steps) {
-    const RealTime from = needed_from(strategy.steps[n], device), to = internal::arrival(strategy.steps[n]);
+    const RealTime from = needed_from(strategy.steps[n], device), to = arrival(strategy.steps[n]);
     if (to <= from || strategy.steps[n].lost) continue;
     auto k = std::lower_bound(ticks.begin(), ticks.end(), from,
                               [&](std::size_t tick, RealTime at) { return internal::sent_at(device.ticks[tick]) < at; });
@@ -300,7 +300,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
     values.merge(internal::undelayed_values(device, ticks, nominal ? nominal->stop_at : std::nullopt));
   }
   if (steps.empty()) return values;
-  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n], device); };
+  const auto late = [&](std::size_t n) { return is_late(strategy.steps[n], device); };
   put(values, "late", count_of(steps, late));
   put(values, "underruns", count_of(steps, late));
   put(values, "underrun_rate", segment_rate(strategy, steps, late));
@@ -348,7 +348,7 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   put(values, "least_entries", static_cast<double>(latency.least_entries), latency.least_entries > 0);
   if (steps.empty()) return values;
   const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
-  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n], device); };
+  const auto late = [&](std::size_t n) { return is_late(strategy.steps[n], device); };
   put(values, "interaction_underruns", count_of(steps, underrun));
   put(values, "force_underruns", count_of(steps, late));
   put(values, "underruns", count_of(steps, underrun) + count_of(steps, late));

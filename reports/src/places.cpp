@@ -57,8 +57,8 @@ MetricSamples late(const Source& source) {
   Duration most;
   for (const std::size_t n : source.steps) {
     const StepRow& step = source.strategy.steps[n];
-    if (!internal::is_late(step, source.device)) continue;
-    const Duration by = internal::arrival(step) - internal::deadline(step, source.device);
+    if (!is_late(step, source.device)) continue;
+    const Duration by = arrival(step) - deadline(step, source.device);
     most = std::max(most, by);
     found.samples.push_back(source.step(n, seconds(by)));
   }

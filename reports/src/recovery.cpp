@@ -60,7 +60,7 @@ RealTime last_underrun(const StrategyRecord& strategy, const DeviceRecord& devic
   for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
     const StepRow& step = strategy.steps[n];
     if (step.acquiring || device.steps[n].read == StepRead::underrun) last = std::max(last, step.begin);
-    if (internal::is_late(step, device)) last = std::max(last, step.end);
+    if (is_late(step, device)) last = std::max(last, step.end);
   }
   return last < from ? RealTime{} : last;
 }

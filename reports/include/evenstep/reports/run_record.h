@@ -163,6 +163,16 @@ struct EventRow {
   std::uint64_t chained_hash = 0;
 };
 
+/// When the force of a step is at the device.
+inline RealTime arrival(const StepRow& step) { return step.end + step.transport; }
+/// When the force of a step must be there, so that no tick of the device misses it.
+inline RealTime deadline(const StepRow& step, const DeviceRecord& device) {
+  return device.interpolates ? step.line_from : step.emission;
+}
+inline bool is_late(const StepRow& step, const DeviceRecord& device) {
+  return step.mapped && !step.lost && arrival(step) > deadline(step, device);
+}
+
 struct SolverRecord {
   std::string name;
   std::string device;
