@@ -55,7 +55,7 @@ std::vector<StrategyKind> strategies_of(const Scenario& scenario, const std::str
 /// Whether the value was too high. That may come from a few late steps, whereas leaving data out only makes "too low"
 /// easier.
 bool too_high(const ExpectationResult& result) {
-  return !result.expect_fail && result.max && result.value && *result.value > *result.max;
+  return !result.expect_fail && result.max && result.value && (!result.min || *result.value > *result.min);
 }
 
 class Shrink {

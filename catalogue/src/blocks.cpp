@@ -70,7 +70,7 @@ class EdgeTrial final : public Trial {
     scene.step_rate = {5000, 1};
     // lambda is proportional to k, and the step limit to 1 / sqrt(lambda). This is the k whose limit is this step, times the
     // value.
-    const double limit_s = largest_stable_step_s(cell.method, rest_lambda_per_s2(tissue), 0),
+    const double limit_s = largest_stable_step_s(cell.method, rest_lambda_per_s2(tissue, cell.interrupted), 0),
                  h_s = period_s(scene.step_rate);
     tissue.stiffness_N_per_m *= cell.value * (limit_s / h_s) * (limit_s / h_s);
     amplitude_m_ = 1e-6 * tissue.spacing_m;  // so small that the block is linear even at a thousand times this
@@ -129,7 +129,7 @@ class EnergyTrial final : public Trial {
   explicit EnergyTrial(const CellSpec& cell) {
     TissueScene tissue = block(cell, 4);
     tissue.fixed = FixedFaces::none();
-    const double h_s = cell.value * 2 / std::sqrt(rest_lambda_per_s2(tissue));
+    const double h_s = cell.value * 2 / std::sqrt(rest_lambda_per_s2(tissue, cell.interrupted));
     scene.step_rate = {static_cast<std::int64_t>(std::llround(1e6 / h_s)), 1'000'000};
     tissue.initial_displacement_m = shaken(tissue, 1e-4 * tissue.spacing_m);
     scene.body = std::move(tissue);
@@ -269,11 +269,11 @@ std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m) {
   return moved_m;
 }
 
-double rest_lambda_per_s2(const TissueScene& scene) {
+double rest_lambda_per_s2(const TissueScene& scene, const std::atomic<bool>* interrupted) {
   std::vector<glm::dvec3> x = shaken(scene, 1), y(x.size());
   double lambda = 0;
   constexpr int kRounds = 3000;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRounds && !(interrupted && interrupted->load()); ++round) {
     apply_rest_stiffness(scene, x, y);
     double xy = 0, xx = 0, yy = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {

@@ -17,6 +17,6 @@ std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m);
 
 /// The largest eigenvalue of M^-1 K at rest for this very block (not for the infinite lattice), by power iteration over its
 /// springs.
-double rest_lambda_per_s2(const TissueScene& scene);
+double rest_lambda_per_s2(const TissueScene& scene, const std::atomic<bool>* interrupted = nullptr);
 
 }  // namespace evenstep::internal

@@ -41,6 +41,8 @@ std::string options_with_particles(const std::string& options, const TissueScene
   Json particles{{"mass", scene.particle_mass_kg}, {"stiffness", scene.stiffness_N_per_m},
                  {"rest", Json::array()},          {"displacement", Json::array()},
                  {"fixed", Json::array()},         {"springs", Json::array()}};
+  // Sites are numbered x first, then y, then z; joined ones are a layer, a row and a site apart at most.
+  const std::int64_t row = scene.lattice[0], layer = row * scene.lattice[1], reach = layer + row + 2;
   for (std::int64_t n = 0; n < scene.particle_count; ++n) {
     const Site site = site_of(scene, n);
     particles["rest"].push_back(json_of(glm::dvec3(site[0], site[1], site[2]) * scene.spacing_m));
@@ -48,7 +50,7 @@ std::string options_with_particles(const std::string& options, const TissueScene
     particles["displacement"].push_back(
         json_of(scene.initial_displacement_m.empty() ? glm::dvec3(0) : scene.initial_displacement_m[index]));
     if (is_fixed(scene, site)) particles["fixed"].push_back(n);
-    for (std::int64_t other = n + 1; other < scene.particle_count; ++other) {
+    for (std::int64_t other = n + 1; other < std::min(scene.particle_count, n + reach); ++other) {
       if (are_joined(site, site_of(scene, other))) particles["springs"].push_back({n, other});
     }
   }

@@ -143,13 +143,15 @@ void run_evenly(Trial& trial, Solver& solver, const std::atomic<bool>* interrupt
 
 }  // namespace
 
-CaseCell run_cell(const CaseKind& kind, const CellSpec& spec, std::uint64_t seed, const std::atomic<bool>* interrupted) {
+CaseCell run_cell(const CaseKind& kind, CellSpec spec, std::uint64_t seed, const std::atomic<bool>* interrupted) {
+  spec.interrupted = interrupted;
   CaseCell cell;
   cell.value = spec.value;
   const CaseCell not_run = cell;
   if (is_interrupted(interrupted)) return not_run;
   try {
     const std::unique_ptr<Trial> trial = kind.make(spec);
+    if (is_interrupted(interrupted)) return not_run;
     trial->scene.needs_state_digest = true;
     put_step_over_limit(trial->scene, cell);
     const std::unique_ptr<Solver> solver =

@@ -142,10 +142,14 @@ double margin(const ExpectationResult& result) {
   return least;
 }
 
-/// Of two signals that a `*` matches, an error is worse than any value, and otherwise the smaller margin.
+/// Of two signals that a `*` matches, an error is worse than any value, what does not hold worse than what does, and
+/// otherwise the smaller margin, in which a rounding may hide the difference between holding and not.
 bool is_worse(const ExpectationResult& a, const ExpectationResult& b) {
-  const bool error = a.verdict == Verdict::error, other_error = b.verdict == Verdict::error;
-  return error != other_error ? error : margin(a) < margin(b);
+  const auto rank = [](const ExpectationResult& result) {
+    const bool holds = (result.verdict == Verdict::pass) != result.expect_fail;
+    return result.verdict == Verdict::error ? 2 : holds ? 0 : 1;
+  };
+  return rank(a) != rank(b) ? rank(a) > rank(b) : margin(a) < margin(b);
 }
 
 bool has_metric(const std::string& signal, const std::string& metric) {

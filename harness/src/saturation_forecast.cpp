@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -16,6 +17,7 @@
 namespace evenstep {
 namespace {
 
+constexpr std::int64_t kMostForetold = 10'000'000;  // ticks of a device: almost three hours at 1 kHz, a second of work
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What the reports of a device can carry, along each axis in both directions.
@@ -43,17 +45,38 @@ ReportRange range_of(const Spec& spec) {
 
 glm::dvec3 to_dvec3(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-/// The positions as the device reports them.
-Rows<TickRow> ticks_of(const DeviceSpec& device, const ReportRange& range, RealTime end) {
-  Rows<TickRow> ticks;
-  const RealTime first{device.phase.ns};
-  for (std::int64_t k = 0; tick_time(device.rate, k, first) < end; ++k) {
-    TickRow& tick = ticks.emplace_back();
-    tick.at = tick_time(device.rate, k, first);
-    tick.position_m = to_vec3(glm::clamp(position_m(device.motion, tick.at), -range.position_m, range.position_m));
+/// The ticks of a device whose hand moves as programmed, one at a time: a long run has more than memory has room for.
+class ReportedTicks {
+ public:
+  ReportedTicks(const DeviceSpec& device, RealTime end)
+      : device_(device),
+        range_(std::visit([](const auto& spec) { return range_of(spec); }, device.driver)),
+        count_(std::min(first_tick_at_or_after(device.rate, end, first()), kMostForetold)) {}
+  std::int64_t count() const { return count_; }
+  const ReportRange& range() const { return range_; }
+  RealTime time(std::int64_t k) const { return tick_time(device_.rate, k, first()); }
+  /// The position as the device reports it.
+  glm::dvec3 position(std::int64_t k) const {
+    return glm::clamp(position_m(device_.motion, time(k)), -range_.position_m, range_.position_m);
   }
-  return ticks;
-}
+  /// Interpolated between its ticks, as put_undelayed() does it.
+  glm::dvec3 position_at(RealTime at) const {
+    if (count_ == 0) return glm::dvec3(0);
+    const std::int64_t after = first_tick_at_or_after(device_.rate, at, first());
+    if (after >= count_) return position(count_ - 1);
+    if (after <= 0 || time(after) == at) return position(std::max<std::int64_t>(after, 0));
+    const RealTime before = time(after - 1);
+    const double w = static_cast<double>((at - before).ns) / static_cast<double>((time(after) - before).ns);
+    return position(after - 1) + (position(after) - position(after - 1)) * w;
+  }
+
+ private:
+  RealTime first() const { return RealTime{device_.phase.ns}; }
+
+  const DeviceSpec& device_;
+  ReportRange range_;
+  std::int64_t count_;
+};
 
 /// Notes the first tick that meets each limit.
 class Watch {
@@ -112,19 +135,26 @@ std::string_view unit_of(SaturationCause cause) {
 std::vector<ForetoldSaturation> foretell_saturation(const Scenario& scenario) {
   std::vector<ForetoldSaturation> found;
   if (has_hand(scenario)) return found;
-  std::vector<DeviceRecord> devices;
-  std::vector<ReportRange> ranges;
-  for (const DeviceSpec& device : scenario.devices) {
-    ranges.push_back(std::visit([](const auto& spec) { return range_of(spec); }, device.driver));
-    devices.emplace_back().ticks = ticks_of(device, ranges.back(), RealTime{scenario.run_duration.ns});
-  }
-  if (costs_little(scenario.scene)) internal::put_undelayed(scenario, devices);
+  std::vector<ReportedTicks> devices;
+  for (const DeviceSpec& device : scenario.devices) devices.emplace_back(device, RealTime{scenario.run_duration.ns});
   for (std::size_t tool = 0; tool < devices.size(); ++tool) {
     const DeviceSpec& device = scenario.devices[tool];
-    const Rows<TickRow>& ticks = devices[tool].ticks;
+    std::optional<internal::UndelayedSolver> solver;
+    if (costs_little(scenario.scene)) solver.emplace(scenario, tool);
     Watch watch(device, found);
-    for (std::size_t k = 1; k < ticks.size(); ++k) {
-      if (ticks[k].at >= RealTime{scenario.warmup.ns}) watch_tick(device, ranges[tool], ticks[k - 1], ticks[k], watch);
+    TickRow before;
+    for (std::int64_t k = 0; k < devices[tool].count(); ++k) {
+      TickRow tick;
+      tick.at = devices[tool].time(k);
+      tick.position_m = to_vec3(devices[tool].position(k));
+      if (solver) {
+        std::array<glm::dvec3, kMaxTools> positions_m;
+        for (std::size_t other = 0; other < devices.size(); ++other)
+          positions_m[other] = devices[other].position_at(tick.at);
+        tick.undelayed_N = solver->next(std::span(positions_m.data(), devices.size()));
+      }
+      if (k > 0 && tick.at >= RealTime{scenario.warmup.ns}) watch_tick(device, devices[tool].range(), before, tick, watch);
+      before = tick;
     }
   }
   return found;

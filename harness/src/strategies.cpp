@@ -190,11 +190,26 @@ const Strategy& strategy_of(StrategyKind kind) {
 
 }  // namespace internal
 
+namespace {
+
+/// A ring never holds more than the run puts into it, so a lead of an hour needs no room for an hour.
+void limit_to_run(const Scenario& scenario, StrategyPlan& plan) {
+  std::int64_t ticks = 0;
+  for (const DeviceSpec& device : scenario.devices)
+    ticks = std::max(ticks, first_tick_at_or_after(device.rate, RealTime{scenario.run_duration.ns}));
+  // A device's clock is fast by a thousandth at most.
+  const auto most = static_cast<std::size_t>(ticks + ticks / 1000) + kDirectCapacity;
+  plan.interaction_capacity = std::min(plan.interaction_capacity, most);
+}
+
+}  // namespace
+
 std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
     plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
     internal::add_room(scenario, plans.back());
+    limit_to_run(scenario, plans.back());
     if (steps == PlannedSteps::drop) plans.back().sizing.steps = {};
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
@@ -213,7 +228,7 @@ StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
   // The twin reads the motion in closed form, so its interaction ring is only written. Forces wait from the end of their
   // step until their emission, at most for L: one per slot, plus two to interpolate between.
   twin.interaction_capacity = kDirectCapacity;
-  const Duration longest = of.latency - of.lead;
+  const Duration longest = std::min(of.latency - of.lead, scenario.run_duration);  // later ones are not emitted
   const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,
                                              scenario.scene.step_rate.den * 1'000'000'000);
   twin.force_capacity = static_cast<std::size_t>(waiting) + kDirectCapacity;

@@ -30,25 +30,37 @@ glm::dvec3 position_at(const Rows<TickRow>& ticks, RealTime at) {
 
 }  // namespace
 
-void put_undelayed(const Scenario& scenario, std::vector<DeviceRecord>& devices) {
-  if (!costs_little(scenario.scene) && !scenario.needs_undelayed) return;
+UndelayedSolver::UndelayedSolver(const Scenario& scenario, std::size_t tool) : tool_(tool) {
   Scene scene = scenario.scene;
   scene.local_model = LocalModel::none;
   scene.variable_step = scene.needs_energy = scene.needs_state_digest = false;
+  scene.step_rate = scenario.devices[tool].rate;
   SolverOptions options;
   options.work_group_size = scenario.work_group_size;
+  try {
+    solver_ = make_solver(scenario.solver, scene, options);
+  } catch (const SolverError& error) {
+    throw run_failure(error);
+  }
+}
+
+Vec3 UndelayedSolver::next(std::span<const glm::dvec3> positions_m) {
+  try {
+    return to_vec3(solver_->step(positions_m).force_N[tool_]);
+  } catch (const SolverError& error) {
+    throw run_failure(error);
+  }
+}
+
+void put_undelayed(const Scenario& scenario, std::vector<DeviceRecord>& devices) {
+  if (!costs_little(scenario.scene) && !scenario.needs_undelayed) return;
   for (std::size_t tool = 0; tool < devices.size(); ++tool) {
-    scene.step_rate = scenario.devices[tool].rate;
-    try {
-      const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scene, options);
-      for (TickRow& tick : devices[tool].ticks) {
-        std::array<glm::dvec3, kMaxTools> positions_m;
-        for (std::size_t other = 0; other < devices.size(); ++other)
-          positions_m[other] = position_at(devices[other].ticks, tick.at);
-        tick.undelayed_N = to_vec3(solver->step(std::span(positions_m.data(), devices.size())).force_N[tool]);
-      }
-    } catch (const SolverError& error) {
-      throw run_failure(error);
+    UndelayedSolver solver(scenario, tool);
+    for (TickRow& tick : devices[tool].ticks) {
+      std::array<glm::dvec3, kMaxTools> positions_m;
+      for (std::size_t other = 0; other < devices.size(); ++other)
+        positions_m[other] = position_at(devices[other].ticks, tick.at);
+      tick.undelayed_N = solver.next(std::span(positions_m.data(), devices.size()));
     }
   }
 }

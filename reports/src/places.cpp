@@ -294,7 +294,8 @@ void locate(ExpectationResult& result, const MetricSamples& samples, double base
   // A maximum that is too small, or a count that is too low, has no place.
   const bool least = samples.kind == Kind::least;
   const std::optional<double>& limit = least ? result.min : result.max;
-  if (!limit || !result.value || (least ? *result.value >= *limit : *result.value <= *limit)) return;
+  if (!limit || !result.value) return;
+  if (samples.kind == Kind::count && *result.value <= *limit) return;
   const double base = base_limit.value_or(*limit * base_per_unit);
   const auto breaks = [&](const MetricSample& sample) {
     return samples.kind == Kind::count || !(least ? sample.amount >= base : sample.amount <= base);

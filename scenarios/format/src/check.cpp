@@ -68,7 +68,13 @@ const Field* row_of(std::string_view table, std::string_view key, std::string_vi
 std::string out_of_range(const Field& field, double number, std::string_view written) {
   const Range& range = field.range;
   const bool below = range.above_least ? !(number > range.least) : !(number >= range.least);
-  if (!below && number <= range.most) return {};
+  if (!below && number <= range.most) {
+    // Products and quotients of a few such numbers are far from the ends of what a double holds.
+    const bool is_real = (field.forms & (kQuantity | kNumber)) != 0 && number != 0;
+    if (!is_real || (std::abs(number) >= kLeastNumber && std::abs(number) <= kMostNumber)) return {};
+    return fmt::format("{} is out of range; a number is 0, or between {} and {} in size, in base units", written,
+                       kLeastNumber, kMostNumber);
+  }
   return fmt::format("{} is out of range; it must be {}", written, describe_range(field));
 }
 

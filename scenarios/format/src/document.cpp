@@ -72,9 +72,14 @@ std::string as_written(const Value& value) {
   }
 }
 
+void Errors::add(const Place& place, std::string message) {
+  if (count_++ < kMostErrors) list_.push_back({place.file, place.line, place.column, std::move(message)});
+}
+
 void Errors::note(const Place& place, std::string message) {
   Diagnostic note{place.file, place.line, place.column, std::move(message)};
-  if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
+  if (notes_.size() < kMostErrors && std::find(notes_.begin(), notes_.end(), note) == notes_.end())
+    notes_.push_back(std::move(note));
 }
 
 std::vector<Diagnostic> Errors::sorted(const std::string& first_file) const {
@@ -83,6 +88,10 @@ std::vector<Diagnostic> Errors::sorted(const std::string& first_file) const {
     const bool a_later = a.file != first_file, b_later = b.file != first_file;
     return std::tie(a_later, a.file, a.line, a.column) < std::tie(b_later, b.file, b.line, b.column);
   });
+  if (count_ > list_.size()) {
+    const Diagnostic& last = out.back();
+    out.push_back({last.file, last.line, last.column, fmt::format("{} more errors are not listed", count_ - list_.size())});
+  }
   return out;
 }
 

@@ -33,8 +33,8 @@ void append_decades(const Table& range, std::vector<double>& values, Errors& err
   for (std::int64_t i = 0; i < count; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(count - 1);
     // Rounded to twelve digits, so that decades are exact.
-    const double value =
-        std::stod(fmt::format("{:.12g}", std::exp(std::log(from) + part * (std::log(to) - std::log(from)))));
+    const std::string digits = fmt::format("{:.12g}", std::exp(std::log(from) + part * (std::log(to) - std::log(from))));
+    const double value = std::strtod(digits.c_str(), nullptr);  // std::stod would throw for a denormal
     values.push_back(i == 0 ? from : i == count - 1 ? to : value);
   }
 }

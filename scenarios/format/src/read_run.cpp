@@ -21,10 +21,11 @@ void read_strategies(ScenarioReading& reading) {
   };
   for (const Value& name : run.at("strategies").list) {
     const StrategyKind kind = kind_named(name.text);
-    for (const StrategyKind earlier : scenario.strategies) {
-      if (earlier == kind) reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
+    if (std::find(scenario.strategies.begin(), scenario.strategies.end(), kind) == scenario.strategies.end()) {
+      scenario.strategies.push_back(kind);
+    } else {
+      reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
     }
-    scenario.strategies.push_back(kind);
   }
   if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
   scenario.live = kind_named(run.text("live"));
@@ -33,6 +34,9 @@ void read_strategies(ScenarioReading& reading) {
 }
 
 namespace {
+
+/// Six hours at 450 Hz, and as many as a recording may have. The sizing passes keep up to 300 bytes for each.
+constexpr std::int64_t kMostRunSteps = 10'000'000;
 
 /// How long a run of the whole recording is; a governor makes it shorter or longer.
 Duration length_of_trace(const TimingSpec& timing) {
@@ -68,6 +72,13 @@ void read_run(ScenarioReading& reading) {
   } else if (reading.document.find("timing") == nullptr || reading.document.find("timing")->find("trace") == nullptr) {
     reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
     return;
+  }
+  const Duration slot = scenario.nominal.slot;
+  if (scenario.nominal.known && slot.ns > 0 && scenario.run_duration.ns / slot.ns > kMostRunSteps) {
+    reading.errors.add(run.place("duration"),
+                       fmt::format("'duration': this is {} steps, and a run has at most {}; run for {} "
+                                   "at most",
+                                   scenario.run_duration.ns / slot.ns, kMostRunSteps, in_ms(slot * kMostRunSteps)));
   }
   if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
   if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {

@@ -107,8 +107,9 @@ std::optional<std::partial_ordering> compare(const Measure& a, const Measure& b)
 std::string in_common_unit(const std::string& text, const Place& place) {
   const std::optional<Measure> measure = measure_of(parse_toml_value(text, place));
   if (!measure) return text;
-  const Unit* unit = find_unit(measure->unit);
-  if (unit == nullptr) return measure->unit.empty() ? text : fmt::format("{} {}", measure->number, measure->unit);
+  const bool bare = measure->unit.empty();  // 1, 1.0 and, where a ratio is meant, "100 %"
+  const Unit* unit = bare ? nullptr : find_unit(measure->unit);
+  if (unit == nullptr) return fmt::format("{} {}", measure->number, bare ? info(Dimension::ratio).base : measure->unit);
   if (unit->kind != UnitKind::plain) return fmt::format("{} {}", measure->number, unit->name);
   const DimensionInfo& of_unit = info(unit->dimension);
   return fmt::format("{} {}", *in_base({measure->number, measure->unit}, of_unit.base, 0, {}), of_unit.base);

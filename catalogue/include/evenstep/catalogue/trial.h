@@ -2,6 +2,7 @@
 /// One cell of a case: a scene, the motion of the hands, and the exact answer. Kinds of cases make trials; run_trial.h runs
 /// them.
 
+#include <atomic>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <span>
@@ -34,6 +35,7 @@ struct CellSpec {
   double value = 0;
   Method method = Method::symplectic_euler;
   SolverKind solver = SolverKind::cpu_double;
+  const std::atomic<bool>* interrupted = nullptr;  ///< a trial that takes long to make stops early; it is not run then
   bool is_float() const { return solver != SolverKind::cpu_double; }
 };
 

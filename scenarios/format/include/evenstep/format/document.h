@@ -45,19 +45,20 @@ std::string as_written(const Value& value);
 
 class Errors {
  public:
-  void add(const Place& place, std::string message) {
-    list_.push_back({place.file, place.line, place.column, std::move(message)});
-  }
+  static constexpr std::size_t kMostErrors = 1000;
+  /// Only the first kMostErrors are kept; sorted() then says how many more there were.
+  void add(const Place& place, std::string message);
   /// Something that is allowed, but that may not be meant; each is kept once.
   void note(const Place& place, std::string message);
-  bool any() const { return !list_.empty(); }
-  std::size_t count() const { return list_.size(); }
+  bool any() const { return count_ > 0; }
+  std::size_t count() const { return count_; }
   /// All errors by position, those of `first_file` first.
   std::vector<Diagnostic> sorted(const std::string& first_file) const;
   const std::vector<Diagnostic>& notes() const { return notes_; }
 
  private:
   std::vector<Diagnostic> list_, notes_;
+  std::size_t count_ = 0;
 };
 
 /// Parses the text of a file into its table. Syntax errors, duplicate keys and bytes that are not UTF-8 are errors with a

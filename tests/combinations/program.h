@@ -1,0 +1,42 @@
+#pragma once
+/// The program evenstep in a process of its own, with limits: a test sees how it ended, whatever it did.
+
+#include <string>
+#include <vector>
+
+#include "evenstep/format/registry.h"
+
+namespace evenstep::testing {
+
+struct ProgramLimits {
+  int interrupt_after_s = 20;                     ///< then it is interrupted as Ctrl-C does it,
+  int end_after_s = 10;                           ///< and so much later killed
+  std::size_t most_bytes = std::size_t{3} << 30;  ///< of memory; not in a sanitized build, whose shadow needs more
+};
+
+struct Ended {
+  int exit_code = -1;  ///< -1: ended by a signal
+  int signal = 0;
+  std::string output;  ///< of stdout and stderr
+  /// "exit code 2", "signal 6 (Aborted)", and the output.
+  std::string text() const;
+};
+
+/// Runs `evenstep ARGUMENTS` in `folder`.
+Ended run_program(const std::vector<std::string>& arguments, const std::string& folder, const Registry& registry = {},
+                  const ProgramLimits& limits = {});
+
+/// A folder that is gone at the end.
+class WorkFolder {
+ public:
+  WorkFolder();
+  ~WorkFolder();
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace evenstep::testing
