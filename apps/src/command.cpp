@@ -18,13 +18,14 @@ namespace {
 
 CLI::Range between(Range range) { return CLI::Range(range.least, range.largest); }
 
-/// What is wrong with a seed; empty if nothing is.
+/// What is wrong with a seed; empty if nothing is. The largest is that of a number in a file.
 std::string seed_objection(const std::string& text) {
-  std::uint64_t seed = 0;
+  std::int64_t seed = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error == std::errc() && end == text.data() + text.size()) return {};
+  const bool all = error == std::errc() && end == text.data() + text.size();
+  if (all && seed >= 0 && !text.starts_with('-')) return {};
   return "'" + text + "' is no seed; write a whole number from 0 to " +
-         std::to_string(std::numeric_limits<std::uint64_t>::max());
+         std::to_string(std::numeric_limits<std::int64_t>::max());
 }
 
 std::string named(const char* what, const std::string& typed, const std::vector<std::string>& known) {

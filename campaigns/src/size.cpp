@@ -160,7 +160,7 @@ class Sizer {
   Duration latency_of(StrategyKind kind, std::span<const SegmentTiming> segments) const {
     RunningNeeds needs(devices_, input_.setup.emission, RunningNeeds::Phase::any);
     each_mapped_step(input_.setup, kind, segments, [&](std::span<const MappedStep> steps) { needs.add(steps); });
-    return needs.budget().latency + needed_ahead(input_.setup, kind);
+    return needs.budget().latency + needed_ahead(input_.setup, kind, input_.setup.emission);
   }
 
   void add_hitches(SizeRecord& record) const {
@@ -255,7 +255,7 @@ class Sizer {
     const Emission emission = input_.setup.emission;
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
-    const Duration ahead = needed_ahead(input_.setup, kind);
+    const Duration ahead = needed_ahead(input_.setup, kind, input_.setup.emission);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;

@@ -35,8 +35,9 @@ BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const cha
 
 /// Forces of this device that will be late. If the latency adapts, it is not said how late.
 MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  const std::vector<Duration> late =
-      force_lateness(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan), device.emission);
+  const MapSetup setup = map_setup(scenario);
+  const std::vector<Duration> late = force_lateness(plan.sizing.steps, plan.lead, latency_of(setup, plan), device.emission,
+                                                    needed_ahead(setup, plan.kind, device.emission));
   auto [found, most] = bad_steps(scenario, plan, "late", [&](std::size_t i) { return late[i]; });
   if (!plan.adapts) late_by(found, most);
   return found;

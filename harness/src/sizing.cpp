@@ -155,7 +155,7 @@ Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind ki
   sizing.steps = walk(setup, timing, kind, nullptr);
   sizing.any_phase = least_latency_any_phase(sizing.steps, setup.grids, setup.emission);
   sizing.this_phase = least_latency_this_phase(sizing.steps, setup.grids, setup.emission);
-  const Duration ahead = needed_ahead(setup, kind);
+  const Duration ahead = needed_ahead(setup, kind, setup.emission);
   for (LatencyBudget* least : {&sizing.any_phase, &sizing.this_phase}) least->latency = least->latency + ahead;
   return sizing;
 }

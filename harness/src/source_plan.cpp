@@ -9,9 +9,9 @@
 
 namespace evenstep {
 
-Duration needed_ahead(const MapSetup& setup, StrategyKind kind) {
+Duration needed_ahead(const MapSetup& setup, StrategyKind kind, Emission emission) {
   if (kind != StrategyKind::polyphase) return {};
-  return setup.source_period * (setup.taps - (setup.emission == Emission::linear ? 1 : 0));
+  return setup.source_period * (setup.taps - (emission == Emission::linear ? 1 : 0));
 }
 
 namespace internal {

@@ -56,7 +56,8 @@ void predict_counts(const Scenario& scenario, const MapSetup& setup, StrategyPla
   const std::span<const MappedStep> judged(first, steps.end());
   for (std::size_t d = 0; d < setup.grids.size(); ++d) {
     const std::vector<Duration> late =
-        force_lateness(steps, plan.lead, latency_of(setup, plan), scenario.devices[d].emission);
+        force_lateness(steps, plan.lead, latency_of(setup, plan), scenario.devices[d].emission,
+                       needed_ahead(setup, plan.kind, scenario.devices[d].emission));
     plan.predicted.push_back(
         {count_interaction_underruns(judged, setup.grids[d], plan.lead),
          std::count_if(late.begin() + (first - steps.begin()), late.end(), [](Duration by) { return by.ns > 0; })});

@@ -45,6 +45,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
     DeviceRecord& kept = record.devices.emplace_back(empty_device_record(files));
     kept.name = device.name;
     kept.interpolates = device.emission == Emission::linear;
+    kept.ahead = needed_ahead(map_setup(scenario), plan.kind, device.emission);
     kept.loop = loop_record(scenario, plan, device);
     if (const std::size_t d = record.devices.size() - 1; d < plan.predicted.size()) {
       kept.predicted_interaction_underruns = plan.predicted[d].interaction_underruns;

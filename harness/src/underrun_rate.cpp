@@ -29,7 +29,9 @@ class SegmentCount {
 RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& steps, const RateSignal& signal, Duration lead,
                     Duration latency) {
   const std::vector<bool> missing = interaction_underruns(steps, sampling_grids(scenario)[signal.device], lead);
-  const std::vector<Duration> late = force_lateness(steps, lead, latency, scenario.devices[signal.device].emission);
+  const Emission emission = scenario.devices[signal.device].emission;
+  const std::vector<Duration> late =
+      force_lateness(steps, lead, latency, emission, needed_ahead(map_setup(scenario), signal.kind, emission));
   SegmentCount count;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i].begin < RealTime{scenario.warmup.ns}) continue;

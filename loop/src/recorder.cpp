@@ -108,7 +108,8 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
     note(scheduler, solver.response.force_N[device]);
     record_.devices[device].steps.push_back(
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
-    const Duration late = emission.late(record_.devices[device].interpolates ? Emission::linear : Emission::hold);
+    const DeviceRecord& kept = record_.devices[device];
+    const Duration late = emission.late(kept.interpolates ? Emission::linear : Emission::hold, kept.ahead);
     if (late.ns == 0) continue;
     record_.underruns.push_back({n, device, UnderrunRow::Side::force, late, words_.force});
     seen_.late_forces += watch_ != nullptr;
@@ -118,9 +119,11 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   seen_.end = scheduler.now();
   seen_.simulated = solver.simulated();
   seen_.mapped = slot.kind == SlotKind::mapped;
-  const bool interpolated = std::any_of(record_.devices.begin(), record_.devices.end(),
-                                        [](const DeviceRecord& device) { return device.interpolates; });
-  seen_.force_margin = emission.deadline(interpolated ? Emission::linear : Emission::hold) - seen_.end;
+  seen_.force_margin = emission.at - seen_.end;
+  for (const DeviceRecord& kept : record_.devices) {
+    const RealTime deadline = emission.deadline(kept.interpolates ? Emission::linear : Emission::hold, kept.ahead);
+    seen_.force_margin = std::min(seen_.force_margin, deadline - seen_.end);
+  }
   watch_->push(seen_);
 }
 

@@ -192,11 +192,11 @@ std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, Sampl
 }
 
 std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
-                                     Emission emission) {
+                                     Emission emission, Duration ahead) {
   std::vector<Duration> late;
   late.reserve(steps.size());
   RunningEmissions emissions(lead, latency);
-  for (const MappedStep& step : steps) late.push_back(emissions.next(step).late(emission));
+  for (const MappedStep& step : steps) late.push_back(emissions.next(step).late(emission, ahead));
   return late;
 }
 

@@ -613,7 +613,9 @@ case_a_mistyped_command_or_option_gets_a_suggestion() {
   expect 2 "run has no option '--sed'; did you mean '--seed'?" run x.toml --sed=3
   expect 0 "Subcommands:" help
   expect 0 "--permute-ties" help run
-  expect 2 "--seed: '-1' is no seed; write a whole number from 0 to 18446744073709551615" run x.toml --seed -1
+  expect 2 "--seed: '-1' is no seed; write a whole number from 0 to 9223372036854775807" run x.toml --seed -1
+  expect 2 "--seed: '9223372036854775808' is no seed" run x.toml --seed 9223372036854775808
+  expect 0 "seed 9223372036854775807" run "$source_dir/scenarios/paper/figure-1-spring.toml" --seed 9223372036854775807
   expect 2 "--seed: '1.5' is no seed" run x.toml --seed 1.5
 }
 case_a_value_that_is_written_wrongly_gets_its_remedy() {

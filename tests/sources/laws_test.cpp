@@ -54,13 +54,14 @@ TEST_CASE("sources: a held force jumps by k v T, and the line needs T + s + dela
 
 TEST_CASE("sources: with the least latency no force is late, with 1 us less one is, in 60 sources of all disturbances") {
   for (std::uint64_t seed = 1; seed <= testing::cases(60); ++seed) {
-    for (const char* kind : {"linear", "phase_locked", "absolute_grid", "paper"}) {
+    for (const char* kind : {"linear", "phase_locked", "absolute_grid", "paper", "polyphase"}) {
+      const char* const emission = seed % 2 == 0 ? "hold" : "linear";
       std::vector<std::string> set{fmt::format("run.seed={}", seed),
                                    fmt::format("run.strategies=[\"{}\"]", kind),
                                    "run.duration=\"3 s\"",
                                    "source.lost=\"5 %\"",
                                    "source.late=\"5 %\"",
-                                   "device.left.render={ kind = \"force\", emission = \"hold\" }",
+                                   fmt::format("device.left.render={{ kind = \"force\", emission = \"{}\" }}", emission),
                                    "remap.lead=\"minimal-this-phase\"",
                                    "remap.latency=\"minimal-this-phase\""};
       const RunOutcome run = run_source("slower", set);

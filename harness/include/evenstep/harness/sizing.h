@@ -30,8 +30,9 @@ struct MapSetup {
   Duration source_period = {};           ///< the nominal slot
   int taps = 1;                          ///< how many forces `polyphase` needs on each side
 };
-/// How much more latency this strategy needs than its map: `polyphase` needs the forces that are due after a tick.
-Duration needed_ahead(const MapSetup& setup, StrategyKind kind);
+/// How much more latency this strategy needs than its map, for devices with this emission: `polyphase` needs the forces that
+/// are due after a tick.
+Duration needed_ahead(const MapSetup& setup, StrategyKind kind, Emission emission);
 MapSetup map_setup(const Scenario& scenario);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency);

@@ -165,9 +165,10 @@ class RunningEmissions {
   internal::LineStarts lines_;
 };
 
-/// For each step, how long after its deadline its force will come: 0 for one that is in time.
+/// For each step, how long after its deadline its force will come: 0 for one that is in time. `ahead`: it is needed this
+/// much before its deadline, because what plays it looks ahead.
 std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
-                                     Emission emission);
+                                     Emission emission, Duration ahead = {});
 /// The number of such steps.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,

@@ -44,11 +44,14 @@ struct StepEmission {
   bool lost = false;      ///< it never comes to the device
 
   /// When the force must be there, so that no tick misses it: with linear emission ticks need it on the whole line to F(n).
-  RealTime deadline(Emission emission) const { return emission == Emission::linear ? line_from : at; }
+  /// What looks ahead in time while it plays forces needs it that much earlier.
+  RealTime deadline(Emission emission, Duration ahead = {}) const {
+    return (emission == Emission::linear ? line_from : at) - ahead;
+  }
   /// How long after its deadline the force came, else 0. A lost force, or that of a step without a slot, is never late.
-  Duration late(Emission emission) const {
+  Duration late(Emission emission, Duration ahead = {}) const {
     if (slot.kind != SlotKind::mapped || lost) return {};
-    return std::max(arrives - deadline(emission), Duration{});
+    return std::max(arrives - deadline(emission, ahead), Duration{});
   }
 };
 

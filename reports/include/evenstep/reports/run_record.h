@@ -112,6 +112,7 @@ struct DeviceFlow {
 struct DeviceRecord {
   std::string name;
   bool interpolates = false;  ///< ticks play the line between two forces; otherwise the latest force that is due
+  Duration ahead;             ///< a force is needed this much earlier, because what plays it looks ahead (`polyphase`)
   LoopRecord loop;
   std::optional<DeviceFlow> flow = {};                                          ///< empty in a record that no lane has made
   std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
@@ -167,7 +168,7 @@ struct EventRow {
 inline RealTime arrival(const StepRow& step) { return step.end + step.transport; }
 /// When the force of a step must be there, so that no tick of the device misses it.
 inline RealTime deadline(const StepRow& step, const DeviceRecord& device) {
-  return device.interpolates ? step.line_from : step.emission;
+  return (device.interpolates ? step.line_from : step.emission) - device.ahead;
 }
 inline bool is_late(const StepRow& step, const DeviceRecord& device) {
   return step.mapped && !step.lost && arrival(step) > deadline(step, device);
