@@ -145,7 +145,7 @@ void FeltCells::put_scale() {
   for (std::size_t tool = 0; tool < scenario_.devices.size(); ++tool) {
     const DeviceSpec& device = scenario_.devices[tool];
     const RealTime first{device.phase.ns};
-    for (std::int64_t k = first_tick_at_or_after(device.rate, span.from, first);; ++k) {
+    for (std::int64_t k = first_tick_at_or_after(device.rate, span.from, first); !interrupted(); ++k) {
       const RealTime at = tick_time(device.rate, k, first);
       if (at >= span.end) break;
       scale.add(reference_.at_N(tool, seconds(at)));

@@ -84,15 +84,23 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
 TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
   // With most steps, finest rates and the longest segment, every product stays within 128 bits (read_timing.cpp).
   const Scenario slow =
-      good(with_timing("visualization = \"8 s\"\nsteps = 1000000\nstep = \"1 us\""), {{"run.duration=1e6 s"}, {}});
+      good(with_timing("visualization = \"8 s\"\nsteps = 1000000\nstep = \"1 us\""), {{"run.duration=80 s"}, {}});
   CHECK(slow.nominal.segment.ns == 9'000'000'000);
   CHECK(slow.scene.step_rate == Rate{1'000'000, 9});
   const Scenario odd = good(with_timing("segment = \"8.999999999 s\"\nvisualization = \"1 ns\"\nsteps = 1000000"),
-                            {{"run.duration=1e6 s"}, {}});
+                            {{"run.duration=80 s"}, {}});
   CHECK(odd.timing.programmed.segment == Rate{1'000'000'000, 8'999'999'999});
-  const Scenario fast = good(with_timing("segment = \"99999.999999999 Hz\"\nvisualization = \"1 ns\"\nsteps = 9000"));
+  const Scenario fast = good(with_timing("segment = \"99999.999999999 Hz\"\nvisualization = \"1 ns\"\nsteps = 9000"),
+                             {{"run.duration=5 ms"}, {}});
   CHECK(fast.nominal.step_run_time.ns == 1);
   CHECK(fast.nominal.segment.ns == 10'000);
+}
+
+TEST_CASE("A run of more than ten million steps is refused, and says how long it may be") {
+  CHECK_THAT(errors_of(read_text(kSpring, {{"run.duration=22222.225 s"}, {}})),
+             Contains("'duration': this is 10000002 steps, and a run has at most 10000000; run for 22222220 ms at most"));
+  CHECK_THAT(errors_of(read_text(kSpring, {{"scene.step_size=1 ns", "run.duration=1 s"}, {}})),
+             Contains("'step_size': 1e+09 steps of this size make up the run, and it has at most 10000000"));
 }
 
 TEST_CASE("A step size is taken from a duration or a rate as it is written") {

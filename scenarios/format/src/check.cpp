@@ -7,6 +7,7 @@
 
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
+#include "field_rows.h"
 
 namespace evenstep::internal {
 namespace {

@@ -21,6 +21,8 @@ constexpr Range between(double least, double most) { return {least, most, false}
 // Limits, with their reasons:
 constexpr double kLongestRun_s = 1e6;  // so that int64 ns, and sums of a few of them, are far from overflowing
 constexpr double kLeastNumber = 1e-30, kMostNumber = 1e30;  // sizes of a number that is no whole one, unless it is 0
+// Steps of a run: six hours at 450 Hz, and as many as a recording may have. The sizing passes keep up to 300 bytes for each.
+constexpr std::int64_t kMostRunSteps = 10'000'000;
 constexpr double kMostSteps = 1e6;      // per segment: 30 million steps per second, far beyond any device
 constexpr double kMostParticles = 1e8;  // with 18 springs each: 1.8e9, the most that int32 indices can count
 constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // the limits of the solvers

@@ -35,9 +35,6 @@ void read_strategies(ScenarioReading& reading) {
 
 namespace {
 
-/// Six hours at 450 Hz, and as many as a recording may have. The sizing passes keep up to 300 bytes for each.
-constexpr std::int64_t kMostRunSteps = 10'000'000;
-
 /// How long a run of the whole recording is; a governor makes it shorter or longer.
 Duration length_of_trace(const TimingSpec& timing) {
   if (timing.trace.empty() || !timing.governor) return replay_duration(timing.trace);
@@ -73,12 +70,13 @@ void read_run(ScenarioReading& reading) {
     reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
     return;
   }
-  const Duration slot = scenario.nominal.slot;
-  if (scenario.nominal.known && slot.ns > 0 && scenario.run_duration.ns / slot.ns > kMostRunSteps) {
-    reading.errors.add(run.place("duration"),
-                       fmt::format("'duration': this is {} steps, and a run has at most {}; run for {} "
-                                   "at most",
-                                   scenario.run_duration.ns / slot.ns, kMostRunSteps, in_ms(slot * kMostRunSteps)));
+  if (scenario.nominal.known && scenario.nominal.slot.ns > 0) {
+    const std::int64_t steps = scenario.run_duration.ns / scenario.nominal.slot.ns;
+    if (steps > kMostRunSteps)
+      reading.errors.add(run.place("duration"),
+                         fmt::format("'duration': this is {} steps, and a run has at most {}; run for "
+                                     "{} at most",
+                                     steps, kMostRunSteps, in_ms(scenario.nominal.slot * kMostRunSteps)));
   }
   if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
   if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {

@@ -266,6 +266,14 @@ void read_scene(ScenarioReading& reading) {
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   reading.scenario.solver_place = table.place("solver");
   scene.step_rate = read_step_rate(table, scene.step_rate);
+  // `ideal` makes a step in every slot.
+  const double slots = seconds(reading.scenario.run_duration) * static_cast<double>(scene.step_rate.num) /
+                       static_cast<double>(scene.step_rate.den);
+  if (table.text("step_size") != "fill" && slots > static_cast<double>(kMostRunSteps))
+    reading.errors.add(table.place("step_size"),
+                       fmt::format("'step_size': {:.3g} steps of this size make up the run, and it has at most {}; write a "
+                                   "larger one, or run for a shorter time",
+                                   slots, kMostRunSteps));
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
   const std::string kind = table.has("kind") ? table.text("kind") : "foreign";
   if (kind != "tissue") {
