@@ -213,6 +213,6 @@ TEST_CASE("Every key with extreme values is refused with its place, or the comma
   CHECK(tried.runs > share_of(20 * 10));
 }
 
-TEST_CASE("Every extreme value that is taken ends every command as documented", "[long]") {
+TEST_CASE("Every extreme value that is taken ends every command as documented", "[million]") {
   try_extremes(1, 1, {"run", "check", "size", "study", "sweep"});
 }
