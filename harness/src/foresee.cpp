@@ -48,9 +48,7 @@ MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, con
   auto [found, most] = bad_steps(scenario, plan, "missing its sample", [&](std::size_t i) {
     if (!missing[i]) return Duration{};
     const MappedStep& step = plan.sizing.steps[i];
-    // The newest sample at the step's begin.
-    const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin - grid.age + Duration{1}, grid.origin);
-    return step.slot - plan.lead - tick_time(grid.rate, next - 1, grid.origin);
+    return step.slot - plan.lead - newest_sample(grid, step.begin);
   });
   if (!plan.adapts) missing_by(found, most);
   return found;

@@ -392,6 +392,24 @@ const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view sig
   return nullptr;
 }
 
+/// The signals of a run that an expectation is about, as far as they are known beforehand; those of events are not.
+std::vector<std::string> signals_like(const Expectation& expectation, const Scenario& scenario) {
+  if (expectation.signal.find('*') == std::string::npos) return {expectation.signal};
+  std::vector<std::string> signals;
+  const auto offer = [&](std::string signal) {
+    if (matches(expectation.signal, signal) && has_metric(signal, expectation.metric)) signals.push_back(std::move(signal));
+  };
+  for (const StrategyKind strategy : scenario.strategies) {
+    for (const DeviceSpec& device : scenario.devices) {
+      for (const char* const of : {"interaction", "force", "buffers"})
+        offer(fmt::format("{}.{}.{}", device.name, of, name_of(strategy)));
+      offer(fmt::format("closed_loop.{}.{}", device.name, name_of(strategy)));
+    }
+    offer(fmt::format("solver.{}", name_of(strategy)));
+  }
+  return signals;
+}
+
 }  // namespace
 
 std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
@@ -432,12 +450,17 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
                 expectation.metric));
       continue;
     }
-    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const auto& [limit, place] : {std::pair(expectation.min, at.min), std::pair(expectation.max, at.max)}) {
       if (!limit) continue;
-      const Result<double> value = base_limit(*limit, expectation, expectation.signal, scenario, nominal);
+      Result<double> value = 0.0;
+      std::string wrong;  // the signal for which the limit has no value
+      for (const std::string& signal : signals_like(expectation, scenario)) {
+        value = base_limit(*limit, expectation, signal, scenario, nominal);
+        wrong = signal;
+        if (!value) break;
+      }
       if (value) continue;
-      const bool is_count = base_unit(expectation.signal, expectation.metric) == "count";
+      const bool is_count = base_unit(wrong, expectation.metric) == "count";
       error(place, is_count ? fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric,
                                           limit->number, limit->unit)
                             : value.error());

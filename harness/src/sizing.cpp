@@ -29,16 +29,20 @@ class EvenTiming final : public StepTiming {
   std::int64_t n_ = 0;
 };
 
-/// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead. At any phase this
-/// tick comes at most a period minus 1 ns after that time.
+/// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead; a step without a
+/// slot, until the device's first tick. At any phase these ticks come at most a period minus 1 ns after that time, or after
+/// t = 0.
 struct GateModel {
   Duration lead;
   bool any_phase = false;
 
-  RealTime opens(RealTime slot, const SamplingGrid& device) const {
-    const RealTime read = slot - lead;
-    if (any_phase) return read + period_ceil(device.rate) - Duration{1} + device.age;
-    return tick_time(device.rate, first_tick_at_or_after(device.rate, read, device.origin), device.origin) + device.age;
+  RealTime opens(const Slot& slot, const SamplingGrid& device) const {
+    const Duration wait = period_ceil(device.rate) - Duration{1};
+    const RealTime first = any_phase ? RealTime{wait.ns} : device.origin;
+    if (slot.kind != SlotKind::mapped) return first;
+    const RealTime there = slot.read - lead + device.age;  // a tick that early has no such sample
+    if (any_phase) return std::max(first, there + wait);
+    return std::max(first, tick_time(device.rate, first_tick_at_or_after(device.rate, there, device.origin), device.origin));
   }
 };
 
@@ -74,11 +78,9 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
     for (const Interval& step : segment.steps) {
       RealTime began = pushed.begin(step.begin);
       const Slot slot = map->read(n, began, pushed.by());
-      if (slot.kind == SlotKind::mapped) {
-        const RealTime launched = began;
-        for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot.read, grid));
-        pushed.wait(began - launched);
-      }
+      const RealTime launched = began;
+      for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot, grid));
+      pushed.wait(began - launched);
       const RealTime ended = pushed.end(step.end);
       const Transport way = segment.transport(step);
       if (slot.kind == SlotKind::mapped && ended < end)

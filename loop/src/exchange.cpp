@@ -10,9 +10,6 @@ namespace evenstep {
 
 namespace {
 
-/// How often a step looks for a late sample, and so the most time that it loses on a wall clock.
-constexpr Duration kLookAgain{50'000};
-
 std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {
   if (!spec) return std::nullopt;
   return make_filter<glm::dvec3>(*spec, rate);
@@ -108,7 +105,8 @@ bool Exchange::must_wait(int tool, const Reading<glm::dvec3>& hand) const {
 RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {
   const SamplingGrid& ticks = links_[static_cast<std::size_t>(tool)].spec.ticks;
   const RealTime due = tick_time(ticks.rate, first_tick_at_or_after(ticks.rate, slot.read, ticks.origin), ticks.origin);
-  return due > now ? due : now + kLookAgain;
+  if (due > now) return due;
+  return tick_time(ticks.rate, first_tick_at_or_after(ticks.rate, now + Duration{1}, ticks.origin), ticks.origin);
 }
 
 void Exchange::respond(int tool, const StepEmission& emission, const ContactRecord& record) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 
 #include "evenstep/text/csv_rows.h"
@@ -33,6 +34,7 @@ struct State {
   std::int64_t number = -1;                       ///< of the open segment, as written
   std::int64_t step_index = -1, idle_index = -1;  ///< last ones of the open segment
   bool only_idle = true;                          ///< so far in the open segment
+  bool is_given = false;                          ///< a row says where the open segment begins and ends
   RealTime last_step_end{-kFurthest_ns}, last_visualization_end{-kFurthest_ns};
 };
 
@@ -78,6 +80,7 @@ bool open_segment(CsvRows& rows, const Row& row, State& state) {
   state.number = row.segment;
   state.step_index = state.idle_index = -1;
   state.only_idle = true;
+  state.is_given = false;
   return true;
 }
 
@@ -102,14 +105,23 @@ bool not_before(CsvRows& rows, std::size_t cell, Interval interval, RealTime& la
 
 /// Widens begin and end of the open segment to include a visualization or a step.
 void widen(SegmentTiming& segment, const Interval& interval, State& state) {
+  if (state.is_given) return;
   segment.begin = state.only_idle ? interval.begin : std::min(segment.begin, interval.begin);
   state.only_idle = false;
 }
 
 void add_row(CsvRows& rows, const Row& row, State& state) {
+  const bool is_first = row.segment != state.number;
   if (!open_segment(rows, row, state)) return;
   SegmentTiming& segment = state.segments.back();
-  if (row.kind == "step") {
+  if (state.is_given && row.interval.begin < segment.begin) {
+    return rows.error(
+        kBegin, fmt::format("begins at {} ns, before its segment begins at {} ns", row.interval.begin.ns, segment.begin.ns));
+  }
+  if (row.kind == "segment") {
+    if (!is_first || row.index != 0) return rows.error(kKind, "a segment has one row 'segment', its first, of index 0");
+    state.is_given = true;
+  } else if (row.kind == "step") {
     if (!increasing(rows, row.index, state.step_index)) return;
     if (!not_before(rows, kBegin, row.interval, state.last_step_end, "step")) return;
     segment.steps.push_back(row.interval);
@@ -122,7 +134,7 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     segment.visualization = row.interval;
     widen(segment, row.interval, state);
   } else {
-    return rows.error(kKind, fmt::format("kind '{}' must be visualization, step or idle", row.kind));
+    return rows.error(kKind, fmt::format("kind '{}' must be segment, visualization, step or idle", row.kind));
   }
   segment.end = std::max(segment.end, row.interval.end);
   if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
@@ -216,6 +228,19 @@ TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name
 TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
 TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
 
+namespace {
+
+/// Where the segment begins for a reader of its visualization, steps and idle rest alone; empty if it has none of them.
+std::optional<RealTime> begin_by_rows(const SegmentTiming& segment) {
+  std::optional<RealTime> begin;
+  if (!segment.steps.empty()) begin = segment.steps.front().begin;
+  if (segment.visualization) begin = std::min(begin.value_or(segment.visualization->begin), segment.visualization->begin);
+  if (!begin && segment.begin < segment.end) begin = segment.begin;  // its idle row
+  return begin;
+}
+
+}  // namespace
+
 void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next) {
   out << kHeader << '\n';
   const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
@@ -223,6 +248,7 @@ void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming
   };
   while (const SegmentTiming* at = next()) {
     const SegmentTiming& segment = *at;
+    if (begin_by_rows(segment) != segment.begin) row(segment.index, "segment", 0, segment.begin, segment.end);
     RealTime busy = segment.begin;
     const auto show = [&] {
       row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);

@@ -25,18 +25,15 @@ class NewestThisPhase {
     per_ns_ = 1 / static_cast<double>(period_.ns);
   }
   RealTime operator()(RealTime begin) const {
-    begin = begin - device_.age;
-    const Rate rate = device_.rate;
-    const RealTime origin = device_.origin;
-    if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
+    if (!whole_) return newest_sample(device_, begin);
     // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
-    const std::int64_t since = (begin - origin).ns;
+    const std::int64_t since = (begin - device_.origin).ns;
     const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
     std::int64_t into =
         near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns : since % period_.ns;
     if (into < 0) into += period_.ns;
     if (into >= period_.ns) into -= period_.ns;
-    return begin - Duration{into};
+    return begin - Duration{into} - device_.age;
   }
 
  private:
@@ -181,6 +178,11 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   waiting.add(steps);
   budget.force_capacity = std::max(waiting.most(), most_forces_within(steps, force_window)) + 2;
   return budget;
+}
+
+RealTime newest_sample(const SamplingGrid& device, RealTime at) {
+  const std::int64_t next = first_tick_at_or_after(device.rate, at + Duration{1}, device.origin);
+  return tick_time(device.rate, next - 1, device.origin) - device.age;
 }
 
 std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "timing_models.h"
@@ -189,12 +190,17 @@ class ReplayedTiming final : public StepTiming {
   bool next(SegmentTiming& segment) override {
     if (position_ == segments_.size()) return false;
     segment = segments_[position_++];
+    // A drawing that was longer than its segment, or was dropped, leaves a segment that begins while a step is running and
+    // whose own steps show nothing of the drawing's lane.
+    segment.concurrent = segment.concurrent || segment.begin < busy_until_;
+    for (const Interval& step : segment.steps) busy_until_ = std::max(busy_until_, step.end);
     return true;
   }
 
  private:
   std::vector<SegmentTiming> segments_;
   std::size_t position_ = 0;
+  RealTime busy_until_{std::numeric_limits<std::int64_t>::min()};  // end of the last step
 };
 
 }  // namespace

@@ -170,10 +170,12 @@ Tried try_extremes(std::uint64_t read_share, std::uint64_t share, const std::vec
   const std::string path = folder.path() + "/scenario.toml";
   const Registry registry = own_parts::registry();
   const char* const only = std::getenv("EVENSTEP_KEY");
+  constexpr std::uint64_t share_of_keys = kSanitized ? 15 : 1;  // to find a scenario with a key takes a second there
   Tried tried;
   std::mt19937_64 random(43);
   for (const Field& field : fields()) {
     if (!is_tried(field) || (only && name_of(field) != only)) continue;
+    if (!only && random() % share_of_keys != 0) continue;
     INFO(name_of(field) << " (" << field.kinds << ")");
     Stand stand = stand_of(field, folder.path(), registry);
     INFO(stand.scenario.toml);
@@ -206,7 +208,7 @@ Tried try_extremes(std::uint64_t read_share, std::uint64_t share, const std::vec
 }  // namespace
 
 TEST_CASE("Every key with extreme values is refused with its place, or the commands that use it end as documented") {
-  const Tried tried = try_extremes(kSanitized ? 20 : 3, 7, {});
+  const Tried tried = try_extremes(3, 7, {});
   if (std::getenv("EVENSTEP_KEY")) return;
   CHECK(tried.values > share_of(20 * 500));
   CHECK(tried.taken > share_of(20 * 100));

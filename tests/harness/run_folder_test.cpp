@@ -125,7 +125,7 @@ TEST_CASE("the timing of a record has its steps in their segments and keeps the 
   CHECK(format_timing_csv(recorded_timing(strategy)) ==
         "segment,kind,index,begin_ns,end_ns\n"
         "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n4,idle,0,90,100\n"
-        "5,step,0,110,180\n5,visualization,0,180,200\n"
+        "5,segment,0,100,200\n5,step,0,110,180\n5,visualization,0,180,200\n"
         "6,idle,0,200,210\n");
 }
 

@@ -49,7 +49,7 @@ TEST_CASE("Written, a segment is its visualization and steps by time and its idl
   CHECK(format_timing_csv({first, second, third}) == kHeader +
                                                          "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n"
                                                          "4,idle,0,90,100\n"
-                                                         "5,step,0,110,180\n5,visualization,0,180,200\n"
+                                                         "5,segment,0,100,200\n5,step,0,110,180\n5,visualization,0,180,200\n"
                                                          "6,idle,0,200,210\n");
   CHECK(format_timing_csv({}) == kHeader);
 }
@@ -106,6 +106,31 @@ TEST_CASE("Steps may open a segment: it begins with the first of them") {
   CHECK((*csv)[1].begin.ns == 35);  // the step, not the idle time before it
 }
 
+TEST_CASE(
+    "A row of kind segment says where a segment begins, also one without anything in it, and is written where it is "
+    "needed") {
+  const std::string rows =
+      "0,visualization,0,0,10\n0,step,0,0,18\n1,segment,0,20,40\n1,step,0,25,44\n2,segment,0,40,60\n"
+      "2,idle,0,40,60\n3,visualization,0,60,70\n";
+  const TimingCsv csv = parse_timing_csv(kHeader + rows, "x.csv");
+  REQUIRE(csv);
+  REQUIRE(csv->size() == 4);
+  CHECK((*csv)[1].begin.ns == 20);
+  CHECK((*csv)[1].end.ns == 44);
+  CHECK(((*csv)[2].begin.ns == 40 && (*csv)[2].end.ns == 60 && (*csv)[2].steps.empty()));
+  // An idle row says the same of a segment with nothing else in it.
+  CHECK(format_timing_csv(*csv) == kHeader +
+                                       "0,visualization,0,0,10\n0,step,0,0,18\n1,segment,0,20,44\n1,step,0,25,44\n"
+                                       "2,idle,0,40,60\n3,visualization,0,60,70\n");
+  // One without any length, which nothing else could show.
+  std::vector<SegmentTiming> empty = *csv;
+  empty[2].end = empty[2].begin;
+  const TimingCsv again = parse_timing_csv(format_timing_csv(empty), "x.csv");
+  REQUIRE(again);
+  CHECK(format_timing_csv(*again) == format_timing_csv(empty));
+  CHECK((*again)[2].begin.ns == 40);
+}
+
 TEST_CASE("Times may be negative, and zero may be anywhere in a recording") {
   const std::string later = "0,visualization,0,0,100\n0,step,0,100,150\n1,step,0,160,200\n1,idle,0,200,210\n";
   const TimingCsv csv = parse_timing_csv(kHeader + later, "x.csv");
@@ -142,7 +167,10 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
       {"0,step,0,,1\n", "'' is not a whole number"},
       {"0,step,0,0,9223372036854775808\n", "'9223372036854775808' is not a whole number"},
       {"x,step,0,0,1\n", "'x' is not a whole number"},
-      {"0,render,0,0,1\n", "x.csv:2:3: error: kind 'render' must be visualization, step or idle"},
+      {"0,render,0,0,1\n", "x.csv:2:3: error: kind 'render' must be segment, visualization, step or idle"},
+      {"0,step,0,0,1\n0,segment,0,0,9\n", "x.csv:3:3: error: a segment has one row 'segment', its first, of index 0"},
+      {"0,segment,0,5,9\n0,segment,0,5,9\n", "x.csv:3:3: error: a segment has one row 'segment'"},
+      {"0,segment,0,5,9\n0,step,0,4,9\n", "x.csv:3:10: error: begins at 4 ns, before its segment begins at 5 ns"},
       {"0,step,0,5,4\n", "x.csv:2:12: error: ends at 4 ns, before it begins at 5 ns"},
       {"0,step,0,0,10\n0,step,1,9,12\n", "x.csv:3:10: error: begins at 9 ns, before the step before it ended at 10 ns"},
       {"0,step,0,0,10\n1,step,0,9,12\n", "before the step before it ended"},

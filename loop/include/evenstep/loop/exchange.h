@@ -143,7 +143,7 @@ class Exchange {
   virtual Reading<glm::dvec3> hand(int tool, const Slot& slot);
   /// Policy `gate`: whether the step has to wait for a better reading than this.
   bool must_wait(int tool, const Reading<glm::dvec3>& hand) const;
-  /// When a waiting step should look again: at the tick that brings its sample, or soon after `now` if that tick is late.
+  /// When a waiting step should look again: at the tick that would bring its sample if it had no age, then at each tick.
   RealTime next_sample(int tool, const Slot& slot, RealTime now) const;
   void respond(int tool, const StepEmission& emission, const ContactRecord& record);
 

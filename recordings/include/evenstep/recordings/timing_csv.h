@@ -1,8 +1,10 @@
 #pragma once
-/// Recorded timing, with the columns `segment,kind,index,begin_ns,end_ns` (kind is visualization, step or idle) in integers.
-/// There may be gaps between rows; a visualization may overlap steps (if it has its own thread); the number of steps may
-/// vary. Errors, reported with their line: time going back (a step that begins before the previous one ended, an end before
-/// its begin), a segment number going back, more than 10 million rows. Times may be negative, up to 4e18 ns either way.
+/// Recorded timing, with the columns `segment,kind,index,begin_ns,end_ns` (kind is segment, visualization, step or idle) in
+/// integers. A segment begins with the first of its visualization and steps, unless a row of kind `segment` says from when
+/// to when it lasts: where nothing begins with it, or nothing is in it. There may be gaps between rows; a visualization may
+/// overlap steps (if it has its own thread); the number of steps may vary. Errors, reported with their line: time going back
+/// (a step that begins before the previous one ended, an end before its begin), a segment number going back, more than 10
+/// million rows. Times may be negative, up to 4e18 ns either way.
 
 #include <functional>
 #include <iosfwd>

@@ -165,6 +165,8 @@ class RunningEmissions {
   internal::LineStarts lines_;
 };
 
+/// The time of the newest sample at `at`: that of the last tick at or before it, less its age.
+RealTime newest_sample(const SamplingGrid& device, RealTime at);
 /// For each step, how long after its deadline its force will come: 0 for one that is in time. `ahead`: it is needed this
 /// much before its deadline, because what plays it looks ahead.
 std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,

@@ -1,0 +1,172 @@
+// What must hold for every scenario, whatever keys meet in it (docs/testing.md has the laws and their reasons).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "../own_parts/parts.h"
+#include "cases.h"
+#include "catch.h"
+#include "program.h"
+#include "scenario_generator.h"
+
+using namespace evenstep;
+using namespace evenstep::testing;
+
+namespace {
+
+using Json = nlohmann::json;
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// The number after EVENSTEP_SEEDS, as "7" for one seed or "20000" for so many from 0 on; or `usual` seeds.
+struct Seeds {
+  std::uint64_t first = 0, end = 0;
+};
+Seeds seeds(std::uint64_t usual) {
+  if (const char* const one = std::getenv("EVENSTEP_SEED")) {
+    const std::uint64_t seed = std::stoull(one);
+    return {seed, seed + 1};
+  }
+  if (const char* const count = std::getenv("EVENSTEP_SEEDS")) return {0, std::stoull(count)};
+  return {0, share_of(usual)};
+}
+
+constexpr double kRichness = 0.05;
+
+/// Runs in a folder of its own.
+class Bench {
+ public:
+  Bench() { write_recordings(folder_.path()); }
+  const std::string& path() const { return folder_.path(); }
+  std::string scenario() const { return folder_.path() + "/scenario.toml"; }
+  GeneratedScenario draw(std::uint64_t seed) const {
+    ScenarioGenerator generator(seed, folder_.path(), registry_);
+    GeneratedScenario drawn;
+    for (int attempt = 0; attempt < 8 && !drawn.is_valid; ++attempt) drawn = generator.scenario(kRichness);
+    return drawn;
+  }
+  Ended program(const std::vector<std::string>& arguments) const {
+    return run_program(arguments, folder_.path(), registry_, {.interrupt_after_s = 60, .end_after_s = 20});
+  }
+  /// `evenstep run` of a scenario text; `summary` is null if there is none.
+  struct Run {
+    Ended ended;
+    Json summary;
+  };
+  Run run(const std::string& toml, const std::string& out, std::vector<std::string> more = {}) const {
+    std::ofstream(scenario()) << toml;
+    std::vector<std::string> arguments{"run", "scenario.toml", "--out", out, "--allow-no-expectations"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Run run{program(arguments), nullptr};
+    run.summary = Json::parse(content_of(folder_.path() + '/' + out + "/summary.json"), nullptr, false);
+    return run;
+  }
+
+ private:
+  WorkFolder folder_;
+  Registry registry_ = own_parts::registry();
+};
+
+}  // namespace
+
+TEST_CASE("Nine of ten drawn scenarios are valid; check and run agree, and end as documented, the same way twice") {
+  const Bench bench;
+  const auto [first, end] = seeds(30);
+  std::uint64_t valid = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    const GeneratedScenario drawn = bench.draw(seed);
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    if (!drawn.is_valid) continue;
+    ++valid;
+    const Bench::Run run = bench.run(drawn.toml, "run", {"--repeat", "--threads", seed % 2 == 0 ? "1" : "3"});
+    const Ended check = bench.program({"check", "scenario.toml"});
+    INFO(run.ended.text());
+    CHECK(run.ended.signal == 0);
+    CHECK(run.ended.exit_code != 4);
+    CHECK(run.ended.output.find("bad_alloc") == std::string::npos);
+    INFO(check.text());
+    CHECK((check.exit_code == 0 || check.exit_code == 2));
+    // Of a sweep, check asks for expectations, and a run takes no notice of it.
+    if (!drawn.root.has("sweep")) CHECK((check.exit_code == 2) == (run.ended.exit_code == 2));
+  }
+  std::cout << valid << " of " << end - first << " scenarios are valid\n";
+  CHECK(10 * valid >= 9 * (end - first));
+}
+
+TEST_CASE("What is not repaired is refused with its place, or runs") {
+  const Bench bench;
+  const auto [first, end] = seeds(60);
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    const GeneratedScenario drawn = ScenarioGenerator(seed, bench.path(), own_parts::registry()).unrepaired(kRichness);
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    std::ofstream(bench.scenario()) << drawn.toml;
+    const Ended check = bench.program({"check", "scenario.toml"});
+    INFO(check.text());
+    CHECK(check.signal == 0);
+    CHECK((check.exit_code != 2 || std::regex_search(check.output, std::regex(":[0-9]+:[0-9]+: error"))));
+  }
+}
+
+TEST_CASE("No ring overruns, and what is predicted is what is counted, for every device and strategy") {
+  const Bench bench;
+  const auto [first, end] = seeds(30);
+  std::uint64_t compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || drawn.root.has("case") || drawn.root.has("expect_stop")) continue;
+    const Bench::Run run = bench.run(drawn.toml, "run");
+    if (run.ended.exit_code > 1 || !run.summary.is_object()) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    const bool gated = drawn.toml.find("\"gate\"") != std::string::npos;
+    // Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
+    const bool loses =
+        drawn.toml.find("[[device.faults]]") != std::string::npos || drawn.toml.find("unplug") != std::string::npos ||
+        drawn.toml.find("_at = ") != std::string::npos || drawn.toml.find("report_") != std::string::npos ||
+        drawn.toml.find("clock_rate") != std::string::npos || drawn.toml.find("[[device.events]]") != std::string::npos ||
+        drawn.toml.find("interrupt") != std::string::npos;
+    for (const auto& [signal, metrics] : run.summary.at("metrics").items()) {
+      if (signal.find(".buffers.") == std::string::npos) continue;
+      INFO(signal << ' ' << metrics.dump());
+      if (!loses && metrics.contains("overruns")) CHECK(metrics.at("overruns") == 0);
+      if (!metrics.contains("predicted_late_forces") || loses) continue;
+      ++compared;
+      if (!gated) CHECK(metrics.at("predicted_interaction_underruns") == metrics.at("interaction_underruns"));
+      CHECK(metrics.at("predicted_late_forces") == metrics.at("force_underruns"));
+    }
+  }
+  std::cout << compared << " signals compared\n";
+  CHECK(compared > 0);
+}
+
+TEST_CASE("A run's timing.csv, played back, is the same schedule") {
+  const Bench bench;
+  const auto [first, end] = seeds(30);
+  std::uint64_t played = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || !drawn.root.has("timing")) continue;
+    const Bench::Run run = bench.run(drawn.toml, "run");
+    const std::string timing = content_of(bench.path() + "/run/timing.csv");
+    if (run.ended.exit_code > 1 || std::count(timing.begin(), timing.end(), '\n') < 3) continue;
+    std::ofstream(bench.path() + "/first.csv") << timing;
+    const Bench::Run again = bench.run(
+        "format = 1\n[timing]\ntrace = \"first.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n", "again");
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml << again.ended.text());
+    CHECK(again.ended.exit_code == 0);
+    // From 0 on, and without a last step that the end of the run cut off.
+    CHECK(content_of(bench.path() + "/again/timing.csv") == timing);
+    ++played;
+  }
+  std::cout << played << " schedules played back\n";
+  CHECK(played > 0);
+}
