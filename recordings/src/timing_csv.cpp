@@ -137,9 +137,14 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     return rows.error(kKind, fmt::format("kind '{}' must be segment, visualization, step or idle", row.kind));
   }
   segment.end = std::max(segment.end, row.interval.end);
-  if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
-    rows.error(kBegin,
-               fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
+  if (state.segments.size() > 1) {
+    // One from which a governor has left everything out takes no time.
+    const SegmentTiming& before = state.segments[state.segments.size() - 2];
+    const bool is_nothing = before.steps.empty() && !before.visualization && before.end == before.begin;
+    if (segment.begin < before.begin || (segment.begin == before.begin && !is_nothing)) {
+      rows.error(kBegin,
+                 fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
+    }
   }
   if (segment.end - state.segments.front().begin > Duration{kLongest_ns}) rows.error(kBegin, std::string(kTooLong));
 }

@@ -177,3 +177,89 @@ TEST_CASE("A run's timing.csv, played back, is the same schedule") {
   std::cout << played << " schedules played back\n";
   CHECK(played > 0);
 }
+
+TEST_CASE(
+    "What drawn scenarios have found stays mended: nothing is missing, nothing overruns, constant timing is straight") {
+  constexpr const char* kTiming =
+      "format = 1\n[run]\nduration = \"3 s\"\nwarmup = \"8 segments\"\n[scene]\nkind = \"spring\"\n";
+  constexpr const char* kJitter =
+      "[timing]\nsegment = \"33.3 ms\"\nvisualization = \"11.1 ms\"\nsteps = 15\n"
+      "jitter = { visualization = \"uniform 5 %\", step = \"uniform 2 %\" }\n";
+  constexpr const char* kMoves =
+      "motion = { kind = \"constant-velocity\", velocity = [\"0.05 m/s\", \"0 m/s\", \"0 m/s\"] }\n";
+  constexpr const char* kGate = "underrun = { interaction = \"gate\" }\n";
+  const std::string moving = std::string("[[device]]\nname = \"d0\"\n") + kMoves;
+  struct {
+    const char* what;
+    std::string toml;
+  } const rows[] = {
+      {"an age at one phase", std::string(kJitter) + moving +
+                                  "phase = \"0.3 ms\"\nreport_age = \"0.5 ms\"\n[remap]\nlatency = \"minimal-this-phase\"\n"
+                                  "lead = \"minimal-this-phase\"\n"},
+      {"a slower clock",
+       std::string(kJitter) + moving + "rate = \"1234.5 Hz\"\nphase = \"0.3 ms\"\nclock_rate_error = \"-900 ppm\"\n"},
+      {"a slower clock, samples by their arrival",
+       std::string(kJitter) + moving + "clock_rate_error = \"-1000 ppm\"\nsample_time = \"arrival\"\n"},
+      {"a gate and two rates", "[timing]\nsegment = \"11.1 ms\"\nvisualization = \"2.9692 ms\"\nsteps = 40\n" + moving +
+                                   "rate = \"125 Hz\"\nphase = \"5.313 ms\"\n[[device]]\nname = \"d1\"\n" + kMoves +
+                                   "[remap]\n" + kGate},
+      {"a gate and an age", "[timing]\nsegment = \"10 ms\"\nvisualization = \"1.4978 ms\"\nsteps = 1\n" + moving +
+                                "rate = \"1234.5 Hz\"\nphase = \"0.8012 ms\"\nreport_age = \"3 ms\"\n[remap]\n" +
+                                "lead = \"6.269 ms\"\n" + kGate},
+  };
+  const Bench bench;
+  for (const auto& row : rows) {
+    const Bench::Run run = bench.run(kTiming + row.toml, "run");
+    INFO(row.what << '\n' << run.ended.text());
+    REQUIRE(run.ended.exit_code == 0);
+    for (const auto& [signal, metrics] : run.summary.at("metrics").items()) {
+      INFO(signal << ' ' << metrics.dump());
+      if (signal.find(".buffers.") != std::string::npos) {
+        CHECK(metrics.at("overruns") == 0);
+        CHECK(metrics.at("interaction_underruns") == 0);
+      }
+      if (row.toml.find("jitter") == std::string::npos && signal.ends_with(".interaction.phase_locked"))
+        CHECK(metrics.at("velocity_jump").get<double>() < 1e-7);  // m: two stamps of a microsecond, at 0.05 m/s
+    }
+  }
+}
+
+TEST_CASE(
+    "A drawing that is longer than its segment, or was dropped, is played back as it ran, and a governor's schedule is "
+    "shrunk") {
+  const std::string head =
+      "format = 1\n[run]\nduration = \"1.5 s\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"d0\"\n";
+  const Bench bench;
+  for (const char* const timing :
+       {"[timing]\nsegment = \"16.7 ms\"\nvisualization = \"3.711 ms\"\norder = \"concurrent\"\nsteps = 1\npaced = true\n"
+        "hitch = { every = \"0.5 s\", visualization = \"40 ms\" }\n",
+        "[timing]\nsegment = \"20 ms\"\nvisualization = \"9.6945 ms\"\norder = \"concurrent\"\nsteps = 8\npaced = true\n"
+        "jitter = { visualization = \"uniform 10 %\", step = \"uniform 10 %\" }\ndropped_visualization = \"30 %\"\n"}) {
+    const Bench::Run run = bench.run(head + timing, "run");
+    INFO(timing << run.ended.text());
+    REQUIRE(run.ended.exit_code == 0);
+    const std::string csv = content_of(bench.path() + "/run/timing.csv");
+    std::ofstream(bench.path() + "/first.csv") << csv;
+    const Bench::Run again = bench.run(
+        head.substr(0, head.find("[run]")) + head.substr(head.find("[scene]")) + "[timing]\ntrace = \"first.csv\"\n",
+        "again");
+    INFO(again.ended.text());
+    REQUIRE(again.ended.exit_code == 0);
+    CHECK(whole_segments(content_of(bench.path() + "/again/timing.csv")) == whole_segments(csv));
+    for (const char* const strategy : {"paper", "phase_locked"}) {
+      const std::string signal = std::string("d0.buffers.") + strategy;
+      for (const char* const metric : {"lead", "latency"})
+        CHECK(again.summary.at("metrics").at(signal).at(metric) == run.summary.at("metrics").at(signal).at(metric));
+    }
+  }
+  std::ofstream(bench.scenario())
+      << head +
+             "[remap]\nlatency = \"8 ms\"\n[timing]\nsegment = \"33.3 ms\"\n"
+             "visualization = \"11.1 ms\"\nsteps = 1\n"
+             "jitter = { visualization = \"lognormal 30 %\", step = \"lognormal 10 %\" }\n"
+             "governor = { split = 3, budget = \"2 ms\", over_budget = \"skip\" }\n"
+             "[[expect]]\nsignal = \"*.buffers.phase_locked\"\nmetric = \"underruns\"\nmax = 0\n";
+  const Ended shrunk = bench.program({"shrink", "scenario.toml", "--out", "shrunk"});
+  INFO(shrunk.text());
+  CHECK(shrunk.exit_code == 0);
+}
