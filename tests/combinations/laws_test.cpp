@@ -102,7 +102,7 @@ TEST_CASE("Nine of ten drawn scenarios are valid, check and run agree on them, a
     CHECK(run.ended.exit_code != 4);
     CHECK(run.ended.output.find("bad_alloc") == std::string::npos);
     INFO(check.text());
-    CHECK((check.exit_code == 0 || check.exit_code == 2));
+    CHECK((check.exit_code >= 0 && check.exit_code <= 2));
     // Of a sweep, check asks for expectations, and a run takes no notice of it.
     if (!drawn.root.has("sweep")) CHECK((check.exit_code == 2) == (run.ended.exit_code == 2));
   }
