@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "evenstep/text/text_file.h"
+
 namespace evenstep::internal {
 namespace {
 
