@@ -453,14 +453,14 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     for (const auto& [limit, place] : {std::pair(expectation.min, at.min), std::pair(expectation.max, at.max)}) {
       if (!limit) continue;
       Result<double> value = 0.0;
-      std::string wrong;  // the signal for which the limit has no value
+      std::string judged;
       for (const std::string& signal : signals_like(expectation, scenario)) {
         value = base_limit(*limit, expectation, signal, scenario, nominal);
-        wrong = signal;
+        judged = signal;
         if (!value) break;
       }
       if (value) continue;
-      const bool is_count = base_unit(wrong, expectation.metric) == "count";
+      const bool is_count = base_unit(judged, expectation.metric) == "count";
       error(place, is_count ? fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric,
                                           limit->number, limit->unit)
                             : value.error());

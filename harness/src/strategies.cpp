@@ -48,6 +48,16 @@ void set_capacities(const LatencyBudget& rings, StrategyPlan& plan) {
   plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
 }
 
+/// A ring never holds more than the run puts into it, so a lead of an hour needs no room for an hour.
+void limit_to_run(const Scenario& scenario, StrategyPlan& plan) {
+  std::int64_t ticks = 0;
+  for (const DeviceSpec& device : scenario.devices)
+    ticks = std::max(ticks, first_tick_at_or_after(device.rate, RealTime{scenario.run_duration.ns}));
+  // A device's clock is fast by a thousandth at most.
+  const auto most = static_cast<std::size_t>(ticks + ticks / 1000) + kDirectCapacity;
+  plan.interaction_capacity = std::min(plan.interaction_capacity, most);
+}
+
 /// Predicts the counts of the judged part of the run.
 void predict_counts(const Scenario& scenario, const MapSetup& setup, StrategyPlan& plan) {
   const std::vector<MappedStep>& steps = plan.sizing.steps;
@@ -190,20 +200,6 @@ const Strategy& strategy_of(StrategyKind kind) {
 }
 
 }  // namespace internal
-
-namespace {
-
-/// A ring never holds more than the run puts into it, so a lead of an hour needs no room for an hour.
-void limit_to_run(const Scenario& scenario, StrategyPlan& plan) {
-  std::int64_t ticks = 0;
-  for (const DeviceSpec& device : scenario.devices)
-    ticks = std::max(ticks, first_tick_at_or_after(device.rate, RealTime{scenario.run_duration.ns}));
-  // A device's clock is fast by a thousandth at most.
-  const auto most = static_cast<std::size_t>(ticks + ticks / 1000) + kDirectCapacity;
-  plan.interaction_capacity = std::min(plan.interaction_capacity, most);
-}
-
-}  // namespace
 
 std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps) {
   std::vector<StrategyPlan> plans;

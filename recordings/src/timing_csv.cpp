@@ -226,15 +226,6 @@ TimingCsv read_file(const std::string& path, bool steps_too) {
   return csv;
 }
 
-}  // namespace
-
-TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { return parse(text, name, false); }
-TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
-TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
-TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
-
-namespace {
-
 /// Where the segment begins for a reader of its visualization, steps and idle rest alone; empty if it has none of them.
 std::optional<RealTime> begin_by_rows(const SegmentTiming& segment) {
   std::optional<RealTime> begin;
@@ -245,6 +236,11 @@ std::optional<RealTime> begin_by_rows(const SegmentTiming& segment) {
 }
 
 }  // namespace
+
+TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { return parse(text, name, false); }
+TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
+TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
+TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
 
 void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next) {
   out << kHeader << '\n';

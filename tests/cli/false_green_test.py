@@ -138,6 +138,7 @@ for limits, reason in (("min=3,max=1", "nothing can hold"), ("max=inf", "is not 
                        ('max=0,clock="Wall"', "did you mean 'wall'"), ("max=0,expect_fial=true", "unknown key")):
     expect(2, reason, F, "late", limits)
 expect(2, "needs a unit", F, "jump_max", "max=1")
+row(2, "needs a unit", "check base.toml", 'expect=[{signal="left.force.*",metric="jump_max",max=1}]')
 expect(2, "unit of length", F, "jump_max", 'max="1 mm"')
 expect(2, "has no limit", F, "late", "because=\"x\"")
 # overrides

@@ -4,7 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "evenstep/text/quantity.h"
 #include "scenarios.h"
+#include "src/judge.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
@@ -59,6 +63,23 @@ TEST_CASE("a time that equals its limit holds, in every unit, and one ns beyond 
         std::vector<Verdict>(3, Verdict::pass));
   CHECK(verdicts("43 ms", {"equals = \"43.000001 ms\"", "max = \"42.999999 ms\"", "min = \"43.000001 ms\""}) ==
         std::vector<Verdict>(3, Verdict::fail));
+}
+
+TEST_CASE("of the signals that a * matches, one a rounding above the limit fails, beside one that equals it, 400 limits") {
+  int failed = 0;
+  for (int k = 0; k < 200; ++k) {
+    const std::string limit = fmt::format("{}.{:03} ms", 12 + k / 7, 3 * k + 1);
+    const Scenario scenario =
+        read("paper/figure-1-spring.toml",
+             {"expect=[{ signal = \"left.buffers.*\", metric = \"latency\", max = \"" + limit + "\" }]"});
+    const double equal_s = seconds(*parse_duration(limit)), above_s = std::nextafter(equal_s, 1.0);
+    for (const bool first : {false, true}) {
+      const Metrics metrics{{"left.buffers.paper", {{"latency", first ? above_s : equal_s}}},
+                            {"left.buffers.phase_locked", {{"latency", first ? equal_s : above_s}}}};
+      failed += internal::judge(scenario, RunRecord{}, metrics).at(0).verdict == Verdict::fail;
+    }
+  }
+  CHECK(failed == 400);
 }
 
 TEST_CASE("an expectation for the other clock is skipped, in its place") {

@@ -69,6 +69,8 @@ TEST_CASE("What is wrong with a sweep is named with its place") {
   CHECK_THAT(grid("\"sweep.seeds\" = [1]"), Contains("cannot be part of a grid"));
   CHECK_THAT(grid("\"remap.latency\" = [\"5 ms\", \"5 ms\"]"), Contains("is there twice"));
   CHECK_THAT(grid("\"remap.latency\" = [\"0.009 s\", \"9 ms\"]"), Contains("is there twice: it equals \"0.009 s\""));
+  CHECK_THAT(grid("\"scene.stiffness\" = [\"1 N/m\", \"1.0 N/m\"]"), Contains("is there twice"));
+  CHECK_THAT(grid("\"timing.slowdown\" = [1, 1.0]"), Contains("is there twice"));
   CHECK_THAT(grid("\"remap.latency\" = [\"1 segment\", \"1 segments\"]"), Contains("is there twice: it equals"));
   CHECK_THAT(grid("\"remap.latency\" = []"), Contains("x.toml:14:"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 ms\", count = 3 }"),

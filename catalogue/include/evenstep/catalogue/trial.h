@@ -35,7 +35,7 @@ struct CellSpec {
   double value = 0;
   Method method = Method::symplectic_euler;
   SolverKind solver = SolverKind::cpu_double;
-  const std::atomic<bool>* interrupted = nullptr;  ///< a trial that takes long to make stops early; it is not run then
+  const std::atomic<bool>* interrupted = nullptr;  ///< set by run_cell(); what takes long to make stops early then
   bool is_float() const { return solver != SolverKind::cpu_double; }
 };
 

@@ -2,7 +2,8 @@
 /// The saturation that the motion of a scenario will cause, computed without a run from the programmed positions at the
 /// ticks of each device and the force that the scene has there without delay. The force that is really sent comes later, by
 /// its latency. Nothing is foretold for a hand that feels the force, for the forces of a tissue (whose steps are expensive),
-/// or for what only the bursts of a strategy cause (`direct` may need more slew).
+/// or for what only the bursts of a strategy cause (`direct` may need more slew), nor for what comes after the first ten
+/// million ticks of a device.
 
 #include <string>
 #include <vector>
