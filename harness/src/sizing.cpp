@@ -30,19 +30,24 @@ class EvenTiming final : public StepTiming {
 };
 
 /// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead; a step without a
-/// slot, until the device's first tick. At any phase these ticks come at most a period minus 1 ns after that time, or after
-/// t = 0.
+/// slot, until the first sample is there: that of the device's first tick, when it has its age. At any phase a tick comes at
+/// most a period minus 1 ns after the time for which it is needed, and the first one after t = 0.
 struct GateModel {
   Duration lead;
   bool any_phase = false;
 
   RealTime opens(const Slot& slot, const SamplingGrid& device) const {
-    const Duration wait = period_ceil(device.rate) - Duration{1};
-    const RealTime first = any_phase ? RealTime{wait.ns} : device.origin;
+    const Duration period = period_ceil(device.rate);
+    const auto tick_at_or_after = [&](RealTime at) {
+      if (any_phase) return at + period - Duration{1};
+      return tick_time(device.rate, first_tick_at_or_after(device.rate, at, device.origin), device.origin);
+    };
+    // The first sample is that of a tick, so no phase makes it wait for more than whole periods.
+    const RealTime first =
+        any_phase ? tick_at_or_after(RealTime{} + period * first_tick_at_or_after(device.rate, RealTime{device.age.ns}))
+                  : tick_at_or_after(device.origin + device.age);
     if (slot.kind != SlotKind::mapped) return first;
-    const RealTime there = slot.read - lead + device.age;  // a tick that early has no such sample
-    if (any_phase) return std::max(first, there + wait);
-    return std::max(first, tick_time(device.rate, first_tick_at_or_after(device.rate, there, device.origin), device.origin));
+    return std::max(first, tick_at_or_after(slot.read - lead + device.age));
   }
 };
 
