@@ -480,15 +480,8 @@ TEST_CASE("Ages of reports are read exactly, and where they are given a sample's
   CHECK(largest_age(aged).ns == 300'000 + 1'200'000 + 2 * 1'000'051 - 1 + 999);
   const DeviceSpec faster = with("report_age_jitter = \"1.2 ms\"\nclock_rate_error = \"50 ppm\"").devices.at(0);
   CHECK(largest_age(faster).ns == 1'200'000 + 999'999 + 999);
-  // By the time of their reads samples have no age, but a tick that finds no new report keeps the sample before.
-  const auto read = [&](const std::string& keys) {
-    return largest_age(with(keys + "\nsample_time = \"arrival\"").devices.at(0));
-  };
-  CHECK(read("report_age = \"5 ms\"").ns == 0);
-  CHECK(read("report_age = \"0.9 ms\"\nreport_age_jitter = \"0.2 ms\"").ns == 1'000'000);
-  CHECK(read("clock_rate_error = \"1 ppm\"").ns == 0);
-  CHECK(read("clock_rate_error = \"-1 ppm\"").ns == 1'000'000);
-  CHECK(read("report_age_jitter = \"2.5 ms\"\nclock_rate_error = \"-1 ppm\"").ns == 3'000'000);
+  for (const char* const keys : {"report_age_jitter = \"2.5 ms\"", "clock_rate_error = \"-1000 ppm\""})
+    CHECK(largest_age(with(std::string(keys) + "\nsample_time = \"arrival\"").devices.at(0)).ns == 0);
   CHECK_FALSE(follows_clock(with("report_age = \"1 ms\"\nsample_time = \"arrival\"").devices.at(0)));
   CHECK(follows_clock(with("sample_time = \"taken\"").devices.at(0)));
 

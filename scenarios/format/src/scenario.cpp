@@ -64,30 +64,24 @@ std::optional<Duration> unchanged_age_of(const DeviceSpec& device) {
 }
 
 Duration largest_age(const DeviceSpec& device) {
+  if (!follows_clock(device)) return {};
   constexpr Duration kStamp{999};  // time stamps are whole microseconds
   const auto& [least, jitter, clock_ppm, seed, follows] = device.age;
   const Duration period = period_ceil(device.rate);
-  // From report to report, by the host's clock.
-  const std::int64_t scale = 1'000'000 + clock_ppm;
-  const Duration reports{(period.ns * 1'000'000 + scale - 1) / scale};
-  // With one clock a report always waits for the same tick or, if it is older, for one of the next.
-  const auto ticks = [&](Duration age) { return first_tick_at_or_after(device.rate, RealTime{age.ns}); };
-  const bool is_evdev = std::holds_alternative<EvdevSpec>(device.driver);
-  if (!follows_clock(device)) {
-    // A sample has the time of its tick, and a tick that finds no new report has none. Linux tells changes only, and when a
-    // real device will report is not known.
-    if (device.is_real || is_evdev) return {};
-    if (clock_ppm == 0) return period * (ticks(least + jitter) - ticks(least));
-    return period * ((reports + jitter - Duration{1}).ns / period.ns);
-  }
   const std::optional<Duration> unchanged = unchanged_age_of(device);
   if (device.is_real || clock_ppm != 0) {
+    // From report to report, by the host's clock.
+    const std::int64_t scale = 1'000'000 + clock_ppm;
+    const Duration reports{(period.ns * 1'000'000 + scale - 1) / scale};
     // The clock of a slower device is followed from below: until it has slipped by a period, a sample seems to be up to a
     // period older (docs/ages.md). Linux has stamped events by the host's clock.
-    const Duration behind = clock_ppm < 0 && !is_evdev ? reports : Duration{};
+    const bool from_below = clock_ppm < 0 && !std::holds_alternative<EvdevSpec>(device.driver);
+    const Duration behind = from_below ? reports : Duration{};
     return std::max(unchanged.value_or(Duration{}),
                     least + jitter + std::max(reports, period) - Duration{1} + behind + kStamp);
   }
+  // Device and host have one clock: a report always waits for the same tick or, if it is older, for one of the next.
+  const auto ticks = [&](Duration age) { return first_tick_at_or_after(device.rate, RealTime{age.ns}); };
   if (unchanged) return std::max(*unchanged, period * ticks(least + jitter) + kStamp);
   return least + period * (ticks(least + jitter) - ticks(least)) + kStamp;
 }

@@ -149,9 +149,9 @@ bool follows_clock(const DeviceSpec& device);
 /// For a driver that is told of changes only, and whose samples say when they were taken: the age that a position has if it
 /// has not changed. Empty for all others.
 std::optional<Duration> unchanged_age_of(const DeviceSpec& device);
-/// The largest age that a device's samples can have at the tick that reads them or, if it finds no new one, at that tick: by
-/// their own time, which may be when they were read. The least age is included, as far as the driver knows it; the wait for
-/// the tick varies only if the clocks differ.
+/// The largest age that a device's samples can have at the tick that reads them, by their own time; 0 if that time is when
+/// they were read (a tick that finds no new report then gives the last position again). The least age is included, as far as
+/// the driver knows it; the wait for the tick varies only if the clocks differ.
 Duration largest_age(const DeviceSpec& device);
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
