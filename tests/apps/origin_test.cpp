@@ -7,30 +7,15 @@
 #include <map>
 
 #include "catch.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
 const std::string kOne(40, '1'), kTwo(40, '2'), kLong(64, 'a');
-
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / ("evenstep origin " + std::to_string(::getpid()))) {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-  void write(const std::string& name, const std::string& content) const {
-    fs::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << content;
-  }
-
- private:
-  fs::path path_;
-};
 
 Environment environment(std::map<std::string, std::string> variables = {}) {
   return [variables](const char* name) {
@@ -38,7 +23,9 @@ Environment environment(std::map<std::string, std::string> variables = {}) {
     return found == variables.end() ? nullptr : found->second.c_str();
   };
 }
-std::string commit(const Folder& folder, const std::string& file) { return commit_of(folder.file(file), environment()); }
+std::string commit(const TemporaryFolder& folder, const std::string& file) {
+  return commit_of(folder / file, environment());
+}
 
 }  // namespace
 
@@ -60,7 +47,7 @@ TEST_CASE("SOURCE_DATE_EPOCH is the date of a run, and an error if it is no numb
 }
 
 TEST_CASE("the commit is that of the branch, or of the detached head, above the scenario's folder") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK(commit(folder, "a/b/x.toml").empty());
   folder.write(".git/HEAD", "ref: refs/heads/main\n");
   CHECK(commit(folder, "a/b/x.toml").empty());  // no commit yet
@@ -74,13 +61,13 @@ TEST_CASE("the commit is that of the branch, or of the detached head, above the 
 }
 
 TEST_CASE("a worktree and a submodule name the folder that has their head") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("main/.git/HEAD", "ref: refs/heads/main\n");
   folder.write("main/.git/refs/heads/main", kOne);
   folder.write("main/.git/refs/heads/side", kTwo);
   folder.write("main/.git/worktrees/side/HEAD", "ref: refs/heads/side\n");
   folder.write("main/.git/worktrees/side/commondir", "../..\n");
-  folder.write("side/.git", "gitdir: " + folder.file("main/.git/worktrees/side") + "\n");
+  folder.write("side/.git", "gitdir: " + (folder / "main/.git/worktrees/side") + "\n");
   CHECK(commit(folder, "side/x.toml") == kTwo);
   CHECK(commit(folder, "main/x.toml") == kOne);
   folder.write("main/.git/modules/lib/HEAD", kLong);
@@ -89,7 +76,7 @@ TEST_CASE("a worktree and a submodule name the folder that has their head") {
 }
 
 TEST_CASE("a damaged or hostile repository has no commit, and is left in finite time") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("secret", kOne);
   for (const std::string& head :
        {std::string(), std::string("ref: "), std::string("ref: refs/../../secret"), std::string("ref: secret"),
@@ -100,21 +87,21 @@ TEST_CASE("a damaged or hostile repository has no commit, and is left in finite 
   folder.write(".git/HEAD", "ref: refs/heads/a");
   folder.write(".git/refs/heads/a", "ref: refs/heads/a");  // names itself
   CHECK(commit(folder, "x.toml").empty());
-  fs::remove_all(folder.file(".git"));
+  fs::remove_all(folder / ".git");
   folder.write(".git", "gitdir: nowhere");
   CHECK(commit(folder, "x.toml").empty());
 }
 
 TEST_CASE("without a repository the service that runs the job names the commit, of files in its workspace alone") {
-  const Folder folder;
-  const std::string inside = folder.file("work/a/x.toml"), outside = folder.file("other/x.toml");
-  const Environment github = environment({{"GITHUB_WORKSPACE", folder.file("work")}, {"GITHUB_SHA", kOne}});
-  const Environment gitlab = environment({{"CI_PROJECT_DIR", folder.file("work/")}, {"CI_COMMIT_SHA", kTwo}});
+  const TemporaryFolder folder;
+  const std::string inside = folder / "work/a/x.toml", outside = folder / "other/x.toml";
+  const Environment github = environment({{"GITHUB_WORKSPACE", folder / "work"}, {"GITHUB_SHA", kOne}});
+  const Environment gitlab = environment({{"CI_PROJECT_DIR", folder / "work/"}, {"CI_COMMIT_SHA", kTwo}});
   CHECK(commit_of(inside, github) == kOne);
   CHECK(commit_of(inside, gitlab) == kTwo);
   CHECK(commit_of(outside, github).empty());
   CHECK(commit_of(outside, gitlab).empty());
-  CHECK(commit_of(inside, environment({{"GITHUB_WORKSPACE", folder.file("work")}, {"GITHUB_SHA", "<script>"}})).empty());
+  CHECK(commit_of(inside, environment({{"GITHUB_WORKSPACE", folder / "work"}, {"GITHUB_SHA", "<script>"}})).empty());
   folder.write("work/.git/HEAD", kLong);  // the commit that is checked out comes before the one built
   CHECK(commit_of(inside, github) == kLong);
 }

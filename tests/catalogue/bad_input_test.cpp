@@ -33,14 +33,14 @@ grab = { center = ["10 mm", "10 mm", "15 mm"], radius = "6 mm" }
 motion = { kind = "recorded", file = "hand.csv" }
 )";
 
-ReadResult read_with(const test::Folder& folder, const std::string& rows, const std::string& more = "") {
+ReadResult read_with(const testing::TemporaryFolder& folder, const std::string& rows, const std::string& more = "") {
   folder.write("hand.csv", "t_s,x_m,y_m,z_m\n" + rows);
   return read_scenario(folder.write("scenario.toml", kLoop + more));
 }
 
 /// The hand is at rest until just before 0.2 s. From then on it is infinitely far away, where no report can say it is.
 Scenario infinite_hand(const std::string& strategy, const std::string& more) {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const ReadResult read = read_with(folder, "0,0,0,0\n", more);
   INFO(test::errors_of(read));
   REQUIRE(read);
@@ -59,7 +59,7 @@ TEST_CASE("A recorded motion with a number that is none is refused at its row an
   for (const char* number :
        {"nan", "-nan", "NaN", "inf", "-inf", "infinity", "1e999", "-1e999", "nan(1)", "1e4", "0x1p3", ""}) {
     for (int column = 0; column < 4; ++column) {
-      const test::Folder folder;
+      const testing::TemporaryFolder folder;
       std::string row;
       for (int c = 0; c < 4; ++c) row += (c == 0 ? "" : ",") + std::string(c == column ? number : "1");
       if (column == 0 && std::string(number) == "1e4") continue;  // seconds, not metres
@@ -110,7 +110,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Every strategy is reported as done once, though twins of the ideal one run beside it") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   for (const char* strategies : {"[\"ideal\", \"direct\", \"phase_locked\"]", "[\"direct\", \"phase_locked\"]"}) {
     std::string text = kLoop;
     text.replace(text.find("[\"direct\"]"), 10, strategies);

@@ -15,6 +15,7 @@
 #include "evenstep/text/units.h"
 #include "program.h"
 #include "scenario_generator.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::testing;
@@ -167,9 +168,9 @@ struct Tried {
 /// these commands or, if there are none, with those that have a use for the key. EVENSTEP_KEY=remap.latency tries one key
 /// only, with all of its values.
 Tried try_extremes(std::uint64_t read_share, std::uint64_t share, const std::vector<std::string>& commands) {
-  const WorkFolder folder;
-  write_recordings(folder.path());
-  const std::string path = folder.path() + "/scenario.toml";
+  const TemporaryFolder folder;
+  write_recordings(folder.path().string());
+  const std::string path = folder / "scenario.toml";
   const Registry registry = own_parts::registry();
   const char* const only = std::getenv("EVENSTEP_KEY");
   constexpr std::uint64_t share_of_keys = kSanitized ? 15 : 1;  // to find a scenario with a key takes a second there
@@ -179,7 +180,7 @@ Tried try_extremes(std::uint64_t read_share, std::uint64_t share, const std::vec
     if (!is_tried(field) || (only && name_of(field) != only)) continue;
     if (!only && random() % share_of_keys != 0) continue;
     INFO(name_of(field) << " (" << field.kinds << ")");
-    Stand stand = stand_of(field, folder.path(), registry);
+    Stand stand = stand_of(field, folder.path().string(), registry);
     INFO(stand.scenario.toml);
     if (!stand.table) FAIL_CHECK("no scenario with this key was found");
     for (const std::string& value : stand.table ? extremes_of(field) : std::vector<std::string>{}) {
@@ -197,7 +198,7 @@ Tried try_extremes(std::uint64_t read_share, std::uint64_t share, const std::vec
       if (!only && random() % share != 0) continue;
       for (const std::string& command : commands.empty() ? commands_for(field.table) : commands) {
         ++tried.runs;
-        const Ended ended = run_program(arguments_of(command, path), folder.path(), registry, kLimits);
+        const Ended ended = run_program(arguments_of(command, path), folder.path().string(), registry, kLimits);
         if (const std::string fault = complaint(ended); !fault.empty())
           FAIL_CHECK(command << " with " << value.substr(0, 100) << ": " << fault << '\n' << ended.text());
       }

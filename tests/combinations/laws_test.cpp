@@ -13,6 +13,7 @@
 #include "catch.h"
 #include "program.h"
 #include "scenario_generator.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::testing;
@@ -53,17 +54,17 @@ constexpr double kRichness = 0.05;
 /// Runs in a folder of its own.
 class Bench {
  public:
-  Bench() { write_recordings(folder_.path()); }
-  const std::string& path() const { return folder_.path(); }
-  std::string scenario() const { return folder_.path() + "/scenario.toml"; }
+  Bench() { write_recordings(folder_.path().string()); }
+  std::string path() const { return folder_.path().string(); }
+  std::string scenario() const { return folder_.path().string() + "/scenario.toml"; }
   GeneratedScenario draw(std::uint64_t seed) const {
-    ScenarioGenerator generator(seed, folder_.path(), registry_);
+    ScenarioGenerator generator(seed, folder_.path().string(), registry_);
     GeneratedScenario drawn;
     for (int attempt = 0; attempt < 8 && !drawn.is_valid; ++attempt) drawn = generator.scenario(kRichness);
     return drawn;
   }
   Ended program(const std::vector<std::string>& arguments) const {
-    return run_program(arguments, folder_.path(), registry_, {.interrupt_after_s = 60, .end_after_s = 20});
+    return run_program(arguments, folder_.path().string(), registry_, {.interrupt_after_s = 60, .end_after_s = 20});
   }
   /// `evenstep run` of a scenario text; `summary` is null if there is none.
   struct Run {
@@ -75,12 +76,12 @@ class Bench {
     std::vector<std::string> arguments{"run", "scenario.toml", "--out", out, "--allow-no-expectations"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     Run run{program(arguments), nullptr};
-    run.summary = Json::parse(content_of(folder_.path() + '/' + out + "/summary.json"), nullptr, false);
+    run.summary = Json::parse(content_of(folder_.path().string() + '/' + out + "/summary.json"), nullptr, false);
     return run;
   }
 
  private:
-  WorkFolder folder_;
+  TemporaryFolder folder_;
   Registry registry_ = own_parts::registry();
 };
 

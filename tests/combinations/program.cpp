@@ -71,14 +71,4 @@ std::string Ended::text() const {
   return end + '\n' + output;
 }
 
-WorkFolder::WorkFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "evenstep-combinations-XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("mkdtemp: " + std::string(std::strerror(errno)));
-  path_ = pattern;
-}
-WorkFolder::~WorkFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 }  // namespace evenstep::testing

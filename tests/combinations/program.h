@@ -26,17 +26,4 @@ struct Ended {
 Ended run_program(const std::vector<std::string>& arguments, const std::string& folder, const Registry& registry = {},
                   const ProgramLimits& limits = {});
 
-/// A folder that is gone at the end.
-class WorkFolder {
- public:
-  WorkFolder();
-  ~WorkFolder();
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 }  // namespace evenstep::testing

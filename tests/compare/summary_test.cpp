@@ -10,9 +10,11 @@
 #include "catch.h"
 #include "evenstep/reports/writers.h"
 #include "samples.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
@@ -50,23 +52,6 @@ std::string without(const std::string& key) {
   tree.erase(key);
   return tree.dump();
 }
-
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / ("evenstep summaries " + std::to_string(::getpid()))) {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  std::string path(const std::string& name = "") const { return (path_ / name).string(); }
-  void write(const std::string& name, const std::string& content) const {
-    fs::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << content;
-  }
-
- private:
-  fs::path path_;
-};
 
 }  // namespace
 
@@ -170,24 +155,24 @@ TEST_CASE("1,000 summaries with values of a wrong kind are read or refused") {
 }
 
 TEST_CASE("all run folders below a folder are read in order, but for hidden ones, and the first wrong one is named") {
-  const Folder folder;
-  CHECK_THAT(text(read_summaries(folder.path()).errors.at(0)), Contains("has no run (summary.json) in it"));
-  CHECK_THAT(text(read_summaries(folder.path("gone")).errors.at(0)), Contains("no such file"));
+  const TemporaryFolder folder;
+  CHECK_THAT(text(read_summaries(folder.path().string()).errors.at(0)), Contains("has no run (summary.json) in it"));
+  CHECK_THAT(text(read_summaries(folder / "gone").errors.at(0)), Contains("no such file"));
   folder.write("b/summary.json", sample());
   folder.write("a/deep/summary.json", sample());
   folder.write("a/deep/resolved.toml", "[run]\nseed = 1\n");
   folder.write(".a.writing-7/summary.json", "{");
-  fs::create_directory_symlink(folder.path("b"), folder.path("link"));
-  SummariesRead read = read_summaries(folder.path());
+  fs::create_directory_symlink(folder / "b", folder / "link");
+  SummariesRead read = read_summaries(folder.path().string());
   REQUIRE(read.errors.empty());
   REQUIRE(read.runs.size() == 2);
   CHECK(read.runs[0].name == "a/deep");
   CHECK(read.runs[0].resolved == std::vector<std::string>{"[run]", "seed = 1"});
   CHECK(read.runs[1].name == "b");
-  CHECK(read_summaries(folder.path("b")).runs.size() == 1);
-  CHECK(read_summaries(folder.path("b/summary.json")).runs.size() == 1);
+  CHECK(read_summaries(folder / "b").runs.size() == 1);
+  CHECK(read_summaries(folder / "b/summary.json").runs.size() == 1);
   folder.write("c/summary.json", "{");
-  read = read_summaries(folder.path());
+  read = read_summaries(folder.path().string());
   CHECK(read.runs.size() == 2);
   REQUIRE(read.errors.size() == 1);
   CHECK_THAT(text(read.errors[0]), Contains("c/summary.json:1:2: error: is not JSON"));

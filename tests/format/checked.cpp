@@ -13,7 +13,7 @@ Scenario good(const std::string& text, const ReadOptions& options) {
 }
 
 void check_round_trip(const Scenario& scenario) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const ReadResult again = read_scenario(folder.write("resolved.toml", scenario.resolved_toml));
   INFO(scenario.resolved_toml << errors_of(again));
   REQUIRE(again);

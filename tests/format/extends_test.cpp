@@ -11,7 +11,7 @@ using namespace evenstep::test;
 using Catch::Contains;
 
 TEST_CASE("A file wins over its bases, later bases over earlier ones, tables merge, lists replace, expect_append adds") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("base.toml", kSpring);
   folder.write("sub/other.toml",
                "format = 1\nextends = [\"../base.toml\"]\ntags = [\"a\", \"b\"]\n[timing]\nsteps = 10\n[run]\nseed = 7\n");
@@ -29,7 +29,7 @@ TEST_CASE("A file wins over its bases, later bases over earlier ones, tables mer
   CHECK(s.timing.programmed.steps == std::vector<int>{10});
   CHECK(s.timing.programmed.visualization.ns == 12'000'000);
   REQUIRE(s.expectations.size() == 2);
-  CHECK(s.expectations[0].place.file == folder.path("base.toml"));
+  CHECK(s.expectations[0].place.file == folder / "base.toml");
   CHECK(s.expectations[0].place.line == 18);
   CHECK(s.expectations[1].signal == "run");
   CHECK(s.expectations[1].place.line == 5);
@@ -52,12 +52,13 @@ std::string expectations_of(const ReadResult& result) {
 }
 
 /// The notes, one per line, with file names cut to their last part.
-std::string notes_of(const ReadResult& result, const Folder& folder) {
+std::string notes_of(const ReadResult& result, const TemporaryFolder& folder) {
   INFO(errors_of(result));
   REQUIRE(result);
   std::string all;
   for (const Diagnostic& note : result->notes) all += fmt::format("{}:{}: {}\n", note.file, note.line, note.message);
-  for (std::size_t at = 0; (at = all.find(folder.path(""))) != std::string::npos;) all.erase(at, folder.path("").size());
+  const std::string here = folder / "";
+  for (std::size_t at = 0; (at = all.find(here)) != std::string::npos;) all.erase(at, here.size());
   return all;
 }
 
@@ -70,7 +71,7 @@ const std::string kAppended = "[[expect_append]]\nsignal = \"run\"\nmetric = \"j
 }  // namespace
 
 TEST_CASE("What expect_append adds in any of the files stays, in their order, whatever the files beside it say") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("base.toml", kSpring);
   folder.write("one.toml", extending("\"base.toml\"", kAppended));
   folder.write("two.toml", extending("\"base.toml\"", kAppended));
@@ -93,7 +94,7 @@ TEST_CASE("What expect_append adds in any of the files stays, in their order, wh
 
 TEST_CASE(
     "A list of tables that another file replaces is named, and so is a value that a file which comes in again takes back") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("base.toml", kSpring);
   folder.write("one.toml", extending("\"base.toml\"", kAppended));
   const std::string device = "[[device]]\nname = \"left\"\nrate = \"500 Hz\"\nmotion = { kind = \"still\" }\n";
@@ -123,7 +124,7 @@ TEST_CASE(
 }
 
 TEST_CASE("An error in a base file is reported at the base's line, one of the file that extends it at its own") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string base = kSpring;
   base.replace(base.find("11.1 ms"), 7, "11.1 mm");
   folder.write("base.toml", base);
@@ -146,15 +147,15 @@ TEST_CASE("An error in a base file is reported at the base's line, one of the fi
 }
 
 TEST_CASE("Files that extend each other in a circle are refused with the chain, a base used twice is not a circle") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("a.toml", "format = 1\nextends = [\"b.toml\"]\n");
   folder.write("b.toml", "format = 1\nextends = [\"./c.toml\"]\n");
   folder.write("c.toml", "format = 1\nextends = [\"a.toml\"]\n");
-  const std::string errors = errors_of(read_scenario(folder.path("a.toml")));
-  CHECK_THAT(errors, Contains("c.toml:2:12: error: 'extends' goes in a circle: " + folder.path("a.toml") + " -> " +
-                              folder.path("b.toml") + " -> " + folder.path("c.toml") + " -> " + folder.path("a.toml")));
+  const std::string errors = errors_of(read_scenario(folder / "a.toml"));
+  CHECK_THAT(errors, Contains("c.toml:2:12: error: 'extends' goes in a circle: " + folder / "a.toml" + " -> " +
+                              folder / "b.toml" + " -> " + folder / "c.toml" + " -> " + folder / "a.toml"));
   folder.write("self.toml", "format = 1\nextends = [\"self.toml\"]\n");
-  CHECK_THAT(errors_of(read_scenario(folder.path("self.toml"))), Contains("goes in a circle"));
+  CHECK_THAT(errors_of(read_scenario(folder / "self.toml")), Contains("goes in a circle"));
 
   folder.write("base.toml", kSpring);
   folder.write("x.toml", "format = 1\nextends = [\"base.toml\"]\n");
@@ -163,12 +164,12 @@ TEST_CASE("Files that extend each other in a circle are refused with the chain, 
 }
 
 TEST_CASE("Sixteen files in a chain are read and the seventeenth is refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("f0.toml", kSpring);
   for (int i = 1; i <= 16; ++i)
     folder.write(fmt::format("f{}.toml", i), fmt::format("format = 1\nextends = [\"f{}.toml\"]\n", i - 1));
-  CHECK(errors_of(read_scenario(folder.path("f15.toml"))) == "");
-  CHECK_THAT(errors_of(read_scenario(folder.path("f16.toml"))),
+  CHECK(errors_of(read_scenario(folder / "f15.toml")) == "");
+  CHECK_THAT(errors_of(read_scenario(folder / "f16.toml")),
              Contains("f1.toml:2:12: error: 'extends' is deeper than 16 files"));
 }
 

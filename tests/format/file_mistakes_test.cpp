@@ -9,10 +9,10 @@ using namespace evenstep::test;
 using Catch::Contains;
 
 TEST_CASE("A file that is not there, a folder, or one past the size limit is refused") {
-  const Folder folder;
-  CHECK_THAT(errors_of(read_scenario(folder.path("none.toml"))), Contains("none.toml: error: no such file"));
-  CHECK_THAT(errors_of(read_scenario(folder.path("no/none.toml"))), Contains("there is no folder"));
-  CHECK_THAT(errors_of(read_scenario(folder.path(""))), Contains("is a directory"));
+  const TemporaryFolder folder;
+  CHECK_THAT(errors_of(read_scenario(folder / "none.toml")), Contains("none.toml: error: no such file"));
+  CHECK_THAT(errors_of(read_scenario(folder / "no/none.toml")), Contains("there is no folder"));
+  CHECK_THAT(errors_of(read_scenario(folder / "")), Contains("is a directory"));
   const std::string head = kSpring;
   const std::size_t limit = 1 << 20;
   const std::string full = head + std::string(limit - head.size(), '\n');
@@ -23,7 +23,7 @@ TEST_CASE("A file that is not there, a folder, or one past the size limit is ref
 }
 
 TEST_CASE("A trace or a motion file that is wrong is reported with its own line, one that is missing where it is named") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("bad.csv", "segment,kind,index,begin_ns,end_ns\n0,step,0,5,4\n");
   folder.write("idle.csv", "segment,kind,index,begin_ns,end_ns\n0,idle,0,0,4\n");
   folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0,1,1,1\n1,nan,0,0\n2,1,2\n3,1,2,3 \n4,1e4,0,0\n");

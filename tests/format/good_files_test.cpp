@@ -276,7 +276,7 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
 }
 
 TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond, also after a byte order mark") {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("hand.csv", "\xEF\xBB\xBFt_s,x_m,y_m,z_m\n0,0,0,0\n0.0333333333333,1e-3,-2e-3,0.5\n");
   std::string text = kSpring;
   text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),

@@ -53,7 +53,7 @@ std::string mutated(std::string text, std::mt19937_64& random) {
 
 TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place, and what is read reads back") {
   std::mt19937_64 random(20'070'101);  // fixed seed: the same files on every run
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string bases[] = {kSpring, kTissue, with_models()};
   int read = 0, refused = 0;
   for (int i = 0; i < evenstep::testing::cases(10'000); ++i) {
@@ -97,7 +97,7 @@ TEST_CASE("Ten thousand damaged recordings are each read or refused") {
 TEST_CASE("Any character beyond ASCII after a value is refused with its place") {
   // toml++ 3.3 declares a branch unreachable which U+00A1 to U+0499 reach here. All of these are tried, and every 31st
   // character beyond.
-  const Folder folder;
+  const TemporaryFolder folder;
   for (std::uint32_t c = 0x80; c < 0xfff0; c += c < 0x500 ? 1 : 31) {
     if (c >= 0xd800 && c < 0xe000) continue;
     std::string letter;

@@ -268,28 +268,8 @@ at_least_step = 1300
 at_most_step = 1400
 )";
 
-Folder::Folder() {
-  static std::atomic<int> count{0};
-  root_ = (std::filesystem::temp_directory_path() / fmt::format("evenstep-reader-{}-{}", getpid(), count++)).string();
-  std::filesystem::create_directories(root_);
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(root_, ignored);
-}
-
-std::string Folder::path(const std::string& name) const { return root_ + "/" + name; }
-
-std::string Folder::write(const std::string& name, const std::string& text) const {
-  const std::string target = path(name);
-  std::filesystem::create_directories(std::filesystem::path(target).parent_path());
-  std::ofstream(target, std::ios::binary) << text;
-  return target;
-}
-
 ReadResult read_text(const std::string& text, const ReadOptions& options) {
-  const Folder folder;
+  const TemporaryFolder folder;
   return read_scenario(folder.write("scenario.toml", text), options);
 }
 

@@ -2,23 +2,11 @@
 #include <string>
 
 #include "evenstep/format/scenario.h"
+#include "temporary_folder.h"
 
 namespace evenstep::test {
 
-/// A temporary folder that is removed at the end of the test.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  /// Writes a file (and the folders it needs), and returns its path.
-  std::string write(const std::string& name, const std::string& text) const;
-  std::string path(const std::string& name) const;
-
- private:
-  std::string root_;
-};
+using testing::TemporaryFolder;
 
 /// Reads `text` as scenario.toml in a temporary folder.
 ReadResult read_text(const std::string& text, const ReadOptions& options = {});

@@ -114,7 +114,7 @@ TEST_CASE("A step size is taken from a duration or a rate as it is written") {
 }
 
 TEST_CASE("A trace gives the means of the recording as nominal times, and its length as the duration") {
-  const Folder folder;
+  const TemporaryFolder folder;
   // Two segments of 30 and 34 us, V of 10 and 12 us, one idle time, 2 and 3 steps of 4 us.
   folder.write(
       "recorded/x.csv",
@@ -135,12 +135,12 @@ TEST_CASE("A trace gives the means of the recording as nominal times, and its le
   CHECK(s.scene.step_rate == Rate{78'125, 1});  // 5 steps in 64 us
   CHECK(s.timing.trace.size() == 2);
   check_round_trip(s);
-  CHECK_THAT(errors_of(read_scenario(folder.path("sub/s.toml"), {{"run.duration=65 us"}, {}})),
+  CHECK_THAT(errors_of(read_scenario(folder / "sub/s.toml", {{"run.duration=65 us"}, {}})),
              Contains("--set run.duration=65 us: error: 'duration': the trace ends at 0.064 ms"));
 }
 
 TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace, so that this step ends within it") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string rows =
       "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,10000\n0,step,0,10000,14000\n1,step,0,20000,64000\n";
   folder.write("x.csv", rows);
@@ -163,7 +163,7 @@ TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace,
 }
 
 TEST_CASE("A recording that is repeated goes on from its end, and its length is that of all") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string csv = folder.write("timing.csv",
                                        "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,100\n0,step,0,100,300\n"
                                        "1,step,0,400,500\n1,idle,0,500,900\n");
@@ -190,7 +190,7 @@ TEST_CASE("A recording that is repeated goes on from its end, and its length is 
 }
 
 TEST_CASE("A recording is repeated up to 10 million segments and steps, and up to 1e6 s, and not once more") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string rows = "segment,kind,index,begin_ns,end_ns\n";
   for (int i = 0; i < 9'999; ++i)
     rows += "0,step," + std::to_string(i) + "," + std::to_string(i) + "," + std::to_string(i + 1) + "\n";
@@ -205,7 +205,7 @@ TEST_CASE("A recording is repeated up to 10 million segments and steps, and up t
 }
 
 TEST_CASE("A trace may be a profiler's file, whose roles are in the scenario or guessed") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string events =
       folder.write("events.json",
                    R"([{"ph":"X","name":"draw","ts":0,"dur":10,"pid":1},{"ph":"X","name":"step","ts":10,

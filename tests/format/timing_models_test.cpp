@@ -24,7 +24,7 @@ Scenario read_back(const std::string& timing) {
   const ReadResult result = read_text(spring_with(timing));
   INFO(timing << "\n" << errors_of(result));
   REQUIRE(result);
-  const Folder folder;
+  const TemporaryFolder folder;
   const ReadResult again = read_scenario(folder.write("resolved.toml", result->resolved_toml));
   INFO(result->resolved_toml << errors_of(again));
   REQUIRE(again);

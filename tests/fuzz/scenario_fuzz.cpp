@@ -6,17 +6,18 @@
 
 using namespace evenstep;
 using namespace evenstep::test;
+using evenstep::testing::TemporaryFolder;
 
 namespace {
 
 /// The folder beside the input has what an input can name in `extends`, `trace` and `file`: the shipped scenarios of the
 /// paper, and a recording and a motion that are short enough to be read thousands of times a second.
-const Folder& folder() {
-  static const Folder made;
+const TemporaryFolder& folder() {
+  static const TemporaryFolder made;
   static const bool filled = [] {
     namespace fs = std::filesystem;
     for (const fs::directory_entry& entry : fs::directory_iterator(EVENSTEP_SOURCE_DIR "/scenarios/paper")) {
-      fs::copy_file(entry.path(), made.path(entry.path().filename()));
+      fs::copy_file(entry.path(), made.path() / entry.path().filename());
     }
     made.write("t.csv",
                "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n"

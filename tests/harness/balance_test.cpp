@@ -18,6 +18,7 @@
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/random.h"
 #include "scenarios.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
@@ -209,12 +210,10 @@ TEST_CASE("a minute live while every core is loaded loses nothing without counti
 
 // docs/busy.md shows what this test printed.
 TEST_CASE("ten minutes live while every core is loaded lose nothing without counting it", "[.ten-minutes]") {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::temp_directory_path() / "evenstep_ten_minutes";
-  fs::create_directories(folder);
+  const testing::TemporaryFolder folder;
   std::map<int, std::int64_t> resident_at;  // minute -> MiB
   RunOptions options;
-  options.control.row_files = std::make_shared<RowFiles>(folder.string());
+  options.control.row_files = std::make_shared<RowFiles>(folder.path());
   options.control.progress = [&](const std::string&, double fraction) {
     for (const int minute : {1, 5, 10}) {
       if (10 * fraction >= minute) resident_at.try_emplace(minute, resident_MiB());
@@ -226,17 +225,14 @@ TEST_CASE("ten minutes live while every core is loaded lose nothing without coun
        << " after ten, " << resident_MiB() << " after replay and shadows; never more than " << most_resident_MiB());
   check_live(outcome, 600'000);
   CHECK(resident_at[10] <= resident_at[1] + 32);  // MiB: what rows may have in memory between two looks (rows.h)
-  fs::remove_all(folder);
 }
 
 TEST_CASE("one hour in virtual time needs no more memory at its end than after ten minutes", "[long]") {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::temp_directory_path() / "evenstep_one_hour";
-  fs::create_directories(folder);
+  const testing::TemporaryFolder folder;
   std::int64_t after_ten_minutes_MiB = 0, at_end_MiB = 0;
   RunOptions options;
   options.allow_no_expectations = true;
-  options.control.row_files = std::make_shared<RowFiles>(folder.string());
+  options.control.row_files = std::make_shared<RowFiles>(folder.path());
   options.control.progress = [&](const std::string&, double fraction) {
     if (after_ten_minutes_MiB == 0 && fraction >= 1.0 / 6) after_ten_minutes_MiB = resident_MiB();
     if (fraction >= 1) at_end_MiB = resident_MiB();
@@ -251,5 +247,4 @@ TEST_CASE("one hour in virtual time needs no more memory at its end than after t
   CHECK(outcome.record.strategies.at(0).devices.at(0).ticks.size() == 3'600'000);
   WARN("resident: " << after_ten_minutes_MiB << " MiB after ten minutes, " << at_end_MiB << " MiB after sixty");
   CHECK(at_end_MiB <= after_ten_minutes_MiB + 32);  // MiB: what rows may have in memory between two looks (rows.h)
-  fs::remove_all(folder);
 }

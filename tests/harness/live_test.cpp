@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "scenarios.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
@@ -218,8 +219,8 @@ TEST_CASE("what cannot run on the wall clock is refused there, with the remedy")
 TEST_CASE("one device for two hands is refused under whatever paths it is named") {
   namespace fs = std::filesystem;
   const Scenario scenario = read("paper/figure-1.toml");  // left and right
-  const fs::path folder = fs::temp_directory_path() / "evenstep_live_test";
-  fs::remove_all(folder);
+  const testing::TemporaryFolder temporary;
+  const fs::path& folder = temporary.path();
   fs::create_directories(folder / "by-id");
   fs::create_symlink("/dev/null", folder / "haptic");
   fs::create_symlink("../haptic", folder / "by-id" / "usb-haptic");
@@ -236,5 +237,4 @@ TEST_CASE("one device for two hands is refused under whatever paths it is named"
       CHECK_FALSE(objection(other, other).empty());
     }
   }
-  fs::remove_all(folder);
 }

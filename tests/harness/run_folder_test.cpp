@@ -19,18 +19,14 @@
 #include "evenstep/harness/sizing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "scenarios.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct TemporaryFolder {
-  fs::path path = fs::temp_directory_path() / ("evenstep run folder " + std::to_string(::getpid()));
-  TemporaryFolder() { fs::create_directories(path); }
-  ~TemporaryFolder() { fs::remove_all(path); }
-};
 
 std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -69,11 +65,11 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
   const TemporaryFolder temporary;
   const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   const RunOutcome outcome = run_scenario(scenario, {});
-  const std::string folder = (temporary.path / "run").string();
+  const std::string folder = temporary / "run";
   for (int again = 0; again < 2; ++again) {  // the second run replaces the folder of the first
     CHECK(run_folder_objection(folder) == "");
     CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
-    CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
+    CHECK(names_in(temporary.path()) == std::set<std::string>{"run"});
     CHECK(names_in(folder) == std::set<std::string>{"summary.json", "junit.xml", "series.csv", "timing.csv", "events.bin",
                                                     "resolved.toml", "figure-1a-left.svg", "figure-1b-left.svg",
                                                     "figure-2to4.svg", "error-over-time.svg", "underruns.csv",
@@ -90,7 +86,7 @@ TEST_CASE("a run has the figure of the study beside it, if that is one of the sa
   CHECK(subject_of(same) == subject_of(scenario));
   CHECK(subject_of(other) != subject_of(scenario));
   const RunOutcome outcome = run_scenario(scenario, {});
-  const std::string folder = (temporary.path / "run").string(), figure = folder + "/" + kStudyFigure;
+  const std::string folder = temporary / "run", figure = folder + "/" + kStudyFigure;
   const auto store = [&](const Scenario& studied) {
     const std::string json = fmt::format("{{\"subject\":\"{:016x}\"}}\n", subject_of(studied));
     REQUIRE(write_folder(folder + "-study", {{kStudyFile, json}, {kStudyFigure, "<svg/>"}}) == "");
@@ -108,7 +104,7 @@ TEST_CASE("a run that keeps no rows has no events, but shows its error over time
   const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   RunOutcome outcome = run_scenario(scenario, {});
   outcome.record.keep_rows = false;
-  const std::string folder = (temporary.path / "run").string();
+  const std::string folder = temporary / "run";
   CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
   const std::set<std::string> names = names_in(folder);
   CHECK(names.count("error-over-time.svg") == 1);
@@ -131,19 +127,19 @@ TEST_CASE("the timing of a record has its steps in their segments and keeps the 
 
 TEST_CASE("a folder that is not a run folder is left alone") {
   const TemporaryFolder temporary;
-  const fs::path precious = temporary.path / "precious";
+  const fs::path precious = temporary.path() / "precious";
   fs::create_directories(precious);
   std::ofstream(precious / "thesis.txt") << "irreplaceable";
   const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   CHECK_THAT(run_folder_objection(precious.string()), Catch::Contains("not a run folder"));
   CHECK_THAT(write_run_folder(precious.string(), scenario, run_scenario(scenario, {}), ""), Catch::Contains("left alone"));
   CHECK(names_in(precious) == std::set<std::string>{"thesis.txt"});
-  CHECK(names_in(temporary.path) == std::set<std::string>{"precious"});
+  CHECK(names_in(temporary.path()) == std::set<std::string>{"precious"});
 }
 
 TEST_CASE("processes that write one folder at once all succeed, beside others that are killed, and leave one whole folder") {
   const TemporaryFolder temporary;
-  const std::string folder = (temporary.path / "run").string();
+  const std::string folder = temporary / "run";
   std::vector<pid_t> writers;
   for (int i = 0; i < 4; ++i) writers.push_back(writer_of(folder, 300));
   for (int i = 0; i < 50; ++i) {
@@ -156,7 +152,7 @@ TEST_CASE("processes that write one folder at once all succeed, beside others th
   CHECK(content_of(fs::path(folder) / kSummaryFile) == content_of(fs::path(folder) / "second"));
   CHECK(write_folder(folder, {{kSummaryFile, "last"}}) == "");
   CHECK(names_in(folder) == std::set<std::string>{kSummaryFile});
-  CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
+  CHECK(names_in(temporary.path()) == std::set<std::string>{"run"});
 }
 
 TEST_CASE("the timing of a run replays to the same steps") {
@@ -166,14 +162,14 @@ TEST_CASE("the timing of a run replays to the same steps") {
                                      "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }"};
   const Scenario scenario = read("paper/figure-1-spring.toml", set);
   const RunOutcome outcome = run_scenario(scenario, {});
-  const std::string folder = (temporary.path / "run").string();
+  const std::string folder = temporary / "run";
   REQUIRE(write_run_folder(folder, scenario, outcome, "") == "");
-  std::ofstream(temporary.path / "again.toml")
+  std::ofstream(temporary.path() / "again.toml")
       << "format = 1\nname = \"again\"\n[run]\nstrategies = [\"direct\"]\nlive = \"direct\"\n[timing]\ntrace = "
          "\"run/timing.csv\"\n"
          "[scene]\nsolver = \"cpu-double\"\nkind = \"spring\"\nstiffness = \"200 N/m\"\nstep_size = \"450 Hz\"\n"
          "[[device]]\nname = \"left\"\nrate = \"1 kHz\"\nmotion = { kind = \"still\" }\n";
-  const ReadResult again = read_scenario((temporary.path / "again.toml").string());
+  const ReadResult again = read_scenario(temporary / "again.toml");
   for (const Diagnostic& error : again.error_or({})) UNSCOPED_INFO(text(error));
   REQUIRE(again);
   const auto& first = outcome.record.strategies[0].steps;
@@ -215,7 +211,7 @@ TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, me
     const Scenario scenario = read("timing/jitter-10.toml", {"run.duration=\"30 s\"", "run.keep=\"" + keep + "\""});
     RunOptions options;
     options.growths = true;
-    if (in_files) options.control.row_files = std::make_shared<RowFiles>(temporary.path);
+    if (in_files) options.control.row_files = std::make_shared<RowFiles>(temporary.path());
     RunOutcome outcome = run_scenario(scenario, options);
     for (auto& [signal, values] : outcome.metrics) values.erase("solver_seconds");
     std::erase_if(outcome.metrics, [](const auto& metric) { return metric.first.starts_with("events."); });
@@ -232,7 +228,7 @@ TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, me
       CHECK(outcome.results[i].where == expected.results[i].where);
     }
   }
-  CHECK(fs::is_empty(temporary.path));
+  CHECK(fs::is_empty(temporary.path()));
 }
 
 TEST_CASE(

@@ -8,10 +8,12 @@
 #include "evenstep/campaigns/shrink.h"
 #include "evenstep/campaigns/sweep.h"
 #include "support.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace own_parts;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
 
 namespace {
 
@@ -34,17 +36,11 @@ struct Lag : ForeignSolver {
   glm::dvec3 u_m{0}, x_m{0};
 };
 
-/// A folder with the scenario of this test folder and its parts.
-struct Folder {
-  Folder() : root(std::filesystem::temp_directory_path() / fmt::format("own-parts-{}", getpid())) {
-    std::filesystem::create_directories(root);
-    for (const char* name : {"own_parts.toml", "too_late.toml"})
-      std::filesystem::copy_file(std::filesystem::path(EVENSTEP_SOURCE_DIR) / "tests/own_parts" / name, root / name);
-  }
-  ~Folder() { std::filesystem::remove_all(root); }
-  std::string path(const char* name) const { return (root / name).string(); }
-  std::filesystem::path root;
-};
+/// Copies the scenarios of this test folder.
+void copy_scenarios(const TemporaryFolder& folder) {
+  for (const char* name : {"own_parts.toml", "too_late.toml"})
+    std::filesystem::copy_file(std::filesystem::path(EVENSTEP_SOURCE_DIR) / "tests/own_parts" / name, folder / name);
+}
 
 std::string bytes_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -93,14 +89,15 @@ TEST_CASE("A study cuts the steps of a solver of the program, whose error falls 
 }
 
 TEST_CASE("A sweep over the options of a solver writes the same bytes on one thread and on two") {
-  const Folder work;
+  const TemporaryFolder work;
+  copy_scenarios(work);
   SweepOptions options;
   options.registry = registry();
   std::array<std::string, 2> lines;
   for (const int threads : {1, 2}) {
     options.threads = threads;
-    options.folder = work.path(threads == 1 ? "one" : "two");
-    const SweepOutcome outcome = run_sweep(work.path("own_parts.toml"), options);
+    options.folder = work / (threads == 1 ? "one" : "two");
+    const SweepOutcome outcome = run_sweep(work / ("own_parts.toml"), options);
     INFO(text_of(outcome.errors) << outcome.failure);
     CHECK(outcome.exit == ExitCode::pass);
     CHECK(outcome.summary.all.runs() == 4);
@@ -112,17 +109,18 @@ TEST_CASE("A sweep over the options of a solver writes the same bytes on one thr
   for (std::size_t at = 0; (at = lines[0].find(key, at)) != std::string::npos; at += key.size())
     traces.push_back(lines[0].substr(at + key.size(), 16));
   REQUIRE(traces.size() == 4);
-  CHECK(traces[0] != traces[2]);                                           // another stiffness
-  CHECK_FALSE(run_sweep(work.path("own_parts.toml"), {}).errors.empty());  // without the parts
+  CHECK(traces[0] != traces[2]);                                         // another stiffness
+  CHECK_FALSE(run_sweep(work / ("own_parts.toml"), {}).errors.empty());  // without the parts
 }
 
 TEST_CASE("A failing run over a timing source shrinks to a scenario with a recording and the program's other parts") {
-  const Folder work;
+  const TemporaryFolder work;
+  copy_scenarios(work);
   ShrinkOptions options;
   options.registry = registry();
-  options.folder = work.path("shrunk");
+  options.folder = work / ("shrunk");
   options.max_runs = 60;
-  const ShrinkOutcome outcome = shrink_scenario(work.path("too_late.toml"), options);
+  const ShrinkOutcome outcome = shrink_scenario(work / ("too_late.toml"), options);
   INFO(text_of(outcome.errors) << outcome.failure);
   CHECK(outcome.exit == ExitCode::pass);
   CHECK(outcome.perturbations.size() < outcome.perturbations_before);

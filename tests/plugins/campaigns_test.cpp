@@ -5,6 +5,7 @@
 #include "evenstep/campaigns/shrink.h"
 #include "evenstep/campaigns/sweep.h"
 #include "support.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace own_parts;
@@ -13,15 +14,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A folder with the scenario and the file that its scene names.
-class Folder {
+class Folder : public TemporaryFolder {
  public:
-  explicit Folder(const std::string& name)
-      : path_(fs::temp_directory_path() / fmt::format("evenstep-plugins-{}-{}", name, getpid())) {
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  const fs::path& path() const { return path_; }
-  void write(const std::string& file, const std::string& text) const { std::ofstream(path_ / file) << text; }
   /// Writes a scenario whose timing varies. `first` comes before the tables.
   void write_scenario(const std::string& scene, const std::string& first) const {
     write("a.toml",
@@ -35,17 +29,14 @@ class Folder {
   /// The digest of the sweep. By it another process knows that the sweep is the same.
   std::string swept() const {
     SweepOptions options;
-    options.folder = (path_ / "sweep").string();
+    options.folder = *this / "sweep";
     fs::remove_all(options.folder);
     fs::create_directories(options.folder);
-    const SweepOutcome outcome = run_sweep((path_ / "a.toml").string(), options);
+    const SweepOutcome outcome = run_sweep(*this / "a.toml", options);
     INFO(text_of(outcome.errors) << outcome.failure);
     REQUIRE(outcome.exit == ExitCode::pass);
     return outcome.header.scenario;
   }
-
- private:
-  fs::path path_;
 };
 
 const std::string kModules = EVENSTEP_MODULES;
@@ -54,7 +45,7 @@ const std::string kSweep = "sweep = { seeds = [1, 2] }\nremap = { latency = \"30
 }  // namespace
 
 TEST_CASE("A sweep is another one when the library holds something else, and the same one when it lies elsewhere") {
-  const Folder here("here"), there("there");
+  const Folder here, there;
   here.write_scenario("library = \"mine.so\"", kSweep);
   there.write_scenario("library = \"mine.so\"", kSweep);
   fs::copy_file(kModules + "/none.so", here.path() / "mine.so");
@@ -68,7 +59,7 @@ TEST_CASE("A sweep is another one when the library holds something else, and the
 }
 
 TEST_CASE("A sweep is another one when a file that the command names holds something else") {
-  const Folder here("command-here"), there("command-there");
+  const Folder here, there;
   const std::string scene = fmt::format("command = [\"{}\", \"good\", \"mesh.txt\"]", EVENSTEP_TEST_PROCESS);
   for (const Folder* folder : {&here, &there}) {
     folder->write_scenario(scene, kSweep);
@@ -81,15 +72,15 @@ TEST_CASE("A sweep is another one when a file that the command names holds somet
 }
 
 TEST_CASE("What shrink writes runs by itself, with a library and with a process that reads files of its folder") {
-  const Folder folder("shrink");
+  const Folder folder;
   fs::copy_file(kModules + "/parts.so", folder.path() / "mine.so");
   fs::copy_file(EVENSTEP_TEST_PROCESS, folder.path() / "solver");
   for (const std::string scene : {"library = \"mine.so\"", "command = [\"./solver\", \"good\"]"}) {
     INFO(scene);
     folder.write_scenario(scene, "remap = { latency = \"11 ms\" }");
     ShrinkOptions options;
-    options.folder = (folder.path() / "shrunk").string();
-    const ShrinkOutcome outcome = shrink_scenario((folder.path() / "a.toml").string(), options);
+    options.folder = folder / "shrunk";
+    const ShrinkOutcome outcome = shrink_scenario(folder / "a.toml", options);
     INFO(text_of(outcome.errors) << outcome.failure);
     REQUIRE(outcome.exit == ExitCode::pass);
     const ReadResult read = read_scenario(outcome.file);

@@ -5,10 +5,12 @@
 
 #include "evenstep/plugins/plugin.h"
 #include "support.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace own_parts;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
@@ -88,8 +90,8 @@ TEST_CASE("What a library can do is found out, and what it lacks is left out") {
 }
 
 TEST_CASE("A library that is none, or another one, is refused with what is wrong with it") {
-  const fs::path folder = fs::temp_directory_path() / fmt::format("evenstep-libraries-{}", getpid());
-  fs::create_directories(folder);
+  const TemporaryFolder temporary;
+  const fs::path& folder = temporary.path();
   std::ofstream(folder / "text.so") << "not a library\n";
   std::ofstream(folder / "empty.so");
   std::ofstream(folder / "cut.so") << std::string(
@@ -119,7 +121,6 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
     CHECK_THAT(errors, Contains("'library': '" + path + "'"));
     CHECK_THAT(errors, Contains(error));
   }
-  fs::remove_all(folder);
   CHECK_THAT(refusal({fmt::format("remap.foreign={{ library = \"{}\" }}", module("none"))}),
              Contains("('faulty') has no map"));
   CHECK_THAT(
@@ -128,7 +129,8 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
 }
 
 TEST_CASE("A path in a scenario is counted from the scenario, and a bare name is looked for nowhere else") {
-  const fs::path folder = fs::temp_directory_path() / fmt::format("evenstep-library-path-{}", getpid());
+  const TemporaryFolder temporary;
+  const fs::path& folder = temporary.path();
   fs::create_directories(folder / "libraries");
   fs::copy_file(module("none"), folder / "libraries/mine.so");
   const auto written = [&](const std::string& path) {
@@ -147,7 +149,6 @@ TEST_CASE("A path in a scenario is counted from the scenario, and a bare name is
   CHECK(refused.error().front().line == 9);
   CHECK(refused.error().front().column == 11);
   CHECK_THAT(refused.error().front().message, Contains("No such file"));
-  fs::remove_all(folder);
 }
 
 TEST_CASE("What goes wrong inside a library ends the run, with its words, its step and exit code 3") {

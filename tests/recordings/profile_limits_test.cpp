@@ -119,7 +119,7 @@ TEST_CASE("A role's expression may have 1,000 bytes, and not one more") {
 }
 
 TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it", "[million]") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const std::string path = folder.write("big.json", "");
   constexpr std::int64_t kBytes = std::int64_t{1} << 30;
   const std::string arguments = "\",\"args\":{\"stack\":\"" + std::string(400, 'x') + "\"}}";

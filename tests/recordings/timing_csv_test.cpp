@@ -215,10 +215,10 @@ TEST_CASE("Remarks before the header are left out, lines still count, and a rema
   for (const std::string only : {"#", "# one\n", "# one\n# two"})
     CHECK_THAT(text(parse_timing_csv(only, "x.csv").error_or({}).at(0)), Contains("the first line must be"));
   CHECK_THAT(text(parse_timing_csv(rows + "# late\n", "x.csv").error_or({}).at(0)), Contains("x.csv:3:1"));
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   CHECK(is_timing_csv(folder.write("mark.csv", "\xEF\xBB\xBF# one\n" + rows)));
   CHECK(is_timing_csv(folder.write("remarks.csv", "# one\n# two\n" + rows)));
-  CHECK(read_timing_csv(folder.path("remarks.csv")));
+  CHECK(read_timing_csv(folder / "remarks.csv"));
   CHECK_FALSE(is_timing_csv(folder.write("other.csv", "# one\n# two\nts,dur,name\n")));
   CHECK_FALSE(is_timing_csv(folder.write("remark.csv", "#")));
 }
@@ -246,10 +246,10 @@ TEST_CASE("Ten million rows are read and one more is refused", "[million]") {
 }
 
 TEST_CASE("A recording that is not there, or is a folder, is an error of the whole file") {
-  const test::Folder folder;
-  CHECK_THAT(text(read_timing_csv(folder.path("none.csv")).error().at(0)), Contains("none.csv: error: no such file"));
-  CHECK_THAT(text(read_timing_csv(folder.path("sub/none.csv")).error().at(0)), Contains("there is no folder"));
-  CHECK_THAT(text(read_timing_csv(folder.path("")).error().at(0)), Contains("is a directory"));
+  const testing::TemporaryFolder folder;
+  CHECK_THAT(text(read_timing_csv(folder / "none.csv").error().at(0)), Contains("none.csv: error: no such file"));
+  CHECK_THAT(text(read_timing_csv(folder / "sub/none.csv").error().at(0)), Contains("there is no folder"));
+  CHECK_THAT(text(read_timing_csv(folder / "").error().at(0)), Contains("is a directory"));
 }
 
 TEST_CASE("Every recording that is shipped reads, and holds what a replay relies on") {

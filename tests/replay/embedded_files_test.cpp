@@ -41,7 +41,7 @@ std::string error_of(const InputLog& log) {
   return all;
 }
 
-std::string spring_with_trace_and_motion(const Folder& folder) {
+std::string spring_with_trace_and_motion(const TemporaryFolder& folder) {
   std::string trace = "segment,kind,index,begin_ns,end_ns\n";
   for (int s = 0; s < 40; ++s) {
     const int begin = s * 33'000'000;
@@ -114,7 +114,7 @@ TEST_CASE("names of files in a recording have no folder, and nothing that a shel
 }
 
 TEST_CASE("a recording replays where the files that its scenario names are gone, and names no folder of the machine") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string trace = spring_with_trace_and_motion(folder);
   const std::vector<std::string> set{
       "timing={ trace = \"" + trace + "\" }",
@@ -140,7 +140,7 @@ TEST_CASE("a recording replays where the files that its scenario names are gone,
   REQUIRE(log);
   CHECK(log->head.files.size() == 2);
   CHECK(log->files.size() == 2);
-  CHECK(log->head.scenario_text.find(folder.path.string()) == std::string::npos);
+  CHECK(log->head.scenario_text.find(folder.path().string()) == std::string::npos);
   CHECK(log->head.scenario_file.find('/') != 0);
   const ReadResult scenario = scenario_of(*log);
   for (const Diagnostic& error : scenario.error_or({})) UNSCOPED_INFO(text(error));
@@ -161,7 +161,7 @@ TEST_CASE("a recording replays where the files that its scenario names are gone,
 }
 
 TEST_CASE("a file that is not in a recording must be what it was, and so must a plug-in, which never is") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string trace = spring_with_trace_and_motion(folder);
   MadeUp file(1);
   InputLogResult log = parse_input_log(file.bytes, "made up");

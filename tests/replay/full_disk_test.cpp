@@ -48,7 +48,7 @@ RunOutcome recorded_run(const std::string& path) {
 }  // namespace
 
 TEST_CASE("lanes are refused, and never wait, while a disk takes nothing, nothing is lost once it does again") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = folder / "x";
   auto writer = internal::InputLogWriter::create(path, made_up_head());
   REQUIRE(writer);
@@ -83,7 +83,7 @@ TEST_CASE("a run whose recording finds no room goes on to its end, and does not 
 }
 
 TEST_CASE("a run whose disk gets full says how much is missing, and the rest replays") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = folder / "x";
   RunOutcome outcome;
   {
@@ -102,7 +102,7 @@ TEST_CASE("a run whose disk gets full says how much is missing, and the rest rep
 }
 
 TEST_CASE("a recording of nothing is no file") {
-  const Folder folder;
+  const TemporaryFolder folder;
   {
     auto writer = internal::InputLogWriter::create(folder / "x", made_up_head());
     REQUIRE(writer);
@@ -112,7 +112,7 @@ TEST_CASE("a recording of nothing is no file") {
 }
 
 TEST_CASE("a recording is never overwritten, and is for the wall clock") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = folder / "x";
   std::ofstream(path) << "precious";
   const RunOutcome refused = recorded_run(path);

@@ -94,7 +94,7 @@ TEST_CASE("a recording that is cut at any byte is read up to its last whole bloc
 }
 
 TEST_CASE("a file is read as its bytes are, wherever it was cut") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const MadeUp whole(6);
   for (std::size_t length = 0; length <= whole.bytes.size(); length += 97) {
     const std::string path = folder / "cut";
@@ -180,12 +180,12 @@ std::int64_t size_of(const std::string& path) { return static_cast<std::int64_t>
 
 // Left out with sanitizers, because their allocators keep what was freed.
 TEST_CASE("a recording of twenty minutes needs no more memory to be read than one of twenty seconds", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   constexpr std::int64_t kBrief = 1000, kLong = 60'000;
   write_long(folder / "brief", kBrief);
   write_long(folder / "long", kLong);
-  const std::int64_t brief = bytes_to_read(folder / "brief", folder.path, kBrief);
-  const std::int64_t lasting = bytes_to_read(folder / "long", folder.path, kLong);
+  const std::int64_t brief = bytes_to_read(folder / "brief", folder.path(), kBrief);
+  const std::int64_t lasting = bytes_to_read(folder / "long", folder.path(), kLong);
   const std::int64_t row_bytes = 20 * kLong * static_cast<std::int64_t>(sizeof(TickInput) + sizeof(LiveTick)),
                      file_bytes = size_of(folder / "long");
   INFO(brief << " bytes for " << kBrief << " slices, " << lasting << " for " << kLong << "; the file has " << file_bytes
@@ -197,12 +197,12 @@ TEST_CASE("a recording of twenty minutes needs no more memory to be read than on
 }
 
 TEST_CASE("to write the timing of an hour that was recorded needs no more memory than of twenty seconds", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   constexpr std::int64_t kBrief = 1000, kLong = 180'000;
   write_long(folder / "brief", kBrief, false);
   write_long(folder / "long", kLong, false);
-  const std::int64_t brief = bytes_to_write_timing(folder / "brief", folder.path, folder / "brief.csv");
-  const std::int64_t lasting = bytes_to_write_timing(folder / "long", folder.path, folder / "long.csv");
+  const std::int64_t brief = bytes_to_write_timing(folder / "brief", folder.path(), folder / "brief.csv");
+  const std::int64_t lasting = bytes_to_write_timing(folder / "long", folder.path(), folder / "long.csv");
   INFO(brief << " bytes for " << kBrief << " slices, " << lasting << " for " << kLong << "; the timing has "
              << size_of(folder / "long.csv"));
   constexpr std::int64_t kMost = 64 << 20;  // 32 MiB of pages may stay, and what comes until they are given back
@@ -378,7 +378,7 @@ struct Said {
 }
 
 void kill_writers(int times, std::uint64_t seed) {
-  const Folder folder;
+  const TemporaryFolder folder;
   void* const shared = ::mmap(nullptr, sizeof(Said), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   std::uint64_t state = seed, most = 0;
   for (int i = 0; i < times; ++i) {

@@ -78,13 +78,13 @@ std::string failure_of(LiveRows& rows) {
 
 TEST_CASE(
     "what lanes add comes out as it went in, slice by slice, and each slice begins with columns that have their place") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const bool in_files = GENERATE(false, true);
   LiveLanes live;
   // A busy machine may give the thread that keeps the rows no time for long, so there is room for nearly all of the slices.
   // The ring still begins anew once.
   constexpr std::size_t kRoom = 1900;
-  LiveRows rows(live.scenario, in_files ? std::make_shared<RowFiles>(folder.path.string()) : nullptr, nullptr, kRoom);
+  LiveRows rows(live.scenario, in_files ? std::make_shared<RowFiles>(folder.path()) : nullptr, nullptr, kRoom);
   rows.attach(live.lanes, live.added, live.device, live.simulation);
   rows.start();
   constexpr int kBetween = 100;
@@ -155,13 +155,13 @@ struct Needed {
 };
 
 Needed run_apart(const std::string& duration) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const pid_t child = ::fork();
   if (child == 0) {
     RunOptions options;
     options.clock = ClockKind::wall;
     options.allow_no_expectations = true;
-    options.control.row_files = std::make_shared<RowFiles>(folder.path.string());
+    options.control.row_files = std::make_shared<RowFiles>(folder.path());
     const RunOutcome outcome = run_scenario(
         read("paper/figure-1-spring.toml",
              {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"" + duration + "\"", "expect=[]",

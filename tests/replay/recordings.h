@@ -2,7 +2,6 @@
 // Recordings for tests: written by the writer itself, with made-up ticks and steps.
 
 #include <fcntl.h>
-#include <unistd.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -12,21 +11,13 @@
 #include "catch.h"
 #include "evenstep/harness/input_log.h"
 #include "src/input_log_codec.h"
+#include "temporary_folder.h"
 
 namespace evenstep::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// A folder that is removed at the end.
-struct Folder {
-  std::filesystem::path path;
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "evenstep_replay_XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
+using testing::TemporaryFolder;
 
 inline Bytes bytes_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

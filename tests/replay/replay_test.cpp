@@ -123,7 +123,7 @@ TEST_CASE("a replay from the file has the hash, the forces and every metric of t
       {"adaptive, steps as fast as they come",
        "paper/figure-1-spring.toml",
        {motion, "timing.step=\"real\"", "remap.adapt={ window = \"0.1 s\" }"}}};
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const Case& one : cases) {
     const std::string path = folder / one.name;
     const RunOutcome live_run = record(read(one.scenario, live(one.set)), path);
@@ -144,7 +144,7 @@ TEST_CASE("a replay from the file has the hash, the forces and every metric of t
 namespace {
 
 void cut_anywhere(const Scenario& recorded) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const RunOutcome whole = record(recorded, folder / "x");
   REQUIRE(whole.exit == ExitCode::pass);
   const Bytes bytes = bytes_of(folder / "x");
@@ -190,7 +190,7 @@ TEST_CASE("a recording that is cut in a visualization that burns replays, as far
 }
 
 TEST_CASE("a recording whose contents were changed under right checksums replays to some end, or is refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({}, "0.1 s")), folder / "x").exit == ExitCode::pass);
   const Bytes bytes = bytes_of(folder / "x");
   const InputLogResult log = read_input_log(folder / "x");
@@ -223,7 +223,7 @@ TEST_CASE("a recording whose contents were changed under right checksums replays
 }
 
 TEST_CASE("a replay that is not the run exits with 4 and says where it differs") {
-  const Folder folder;
+  const TemporaryFolder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({})), folder / "x").exit == ExitCode::pass);
   const InputLogResult read_log = read_input_log(folder / "x");
   REQUIRE(read_log);
@@ -247,7 +247,7 @@ TEST_CASE("a replay that is not the run exits with 4 and says where it differs")
 }
 
 TEST_CASE("a replay counts the steps that never began in the live run, and none where the recording does not say") {
-  const Folder folder;
+  const TemporaryFolder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({})), folder / "x").exit == ExitCode::pass);
   InputLogResult log = read_input_log(folder / "x");
   REQUIRE(log);
@@ -269,7 +269,7 @@ TEST_CASE("a replay counts the steps that never began in the live run, and none 
 }
 
 TEST_CASE("how long the segments of a recording took is a trace that a scenario takes") {
-  const Folder folder;
+  const TemporaryFolder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({})), folder / "x").exit == ExitCode::pass);
   const InputLogResult log = read_input_log(folder / "x");
   REQUIRE(log);
@@ -294,7 +294,7 @@ TEST_CASE("how long the segments of a recording took is a trace that a scenario 
 namespace {
 
 void kill_runs(int times, std::uint64_t seed) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Scenario scenario = read("paper/figure-1-spring.toml", live({}, "30 s"));
   std::uint64_t state = seed;
   for (int i = 0; i < times; ++i) {

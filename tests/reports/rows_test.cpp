@@ -13,17 +13,13 @@
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "synthetic.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("evenstep-rows-" + std::to_string(::getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
 
 std::size_t resident_bytes() {
   std::ifstream statm("/proc/self/statm");
@@ -48,10 +44,10 @@ RunRecord in_files(const RunRecord& run, const std::shared_ptr<RowFiles>& files)
 }  // namespace
 
 TEST_CASE("rows in files read as rows in memory do: the same summary, the same series, for a minute of four strategies") {
-  const Folder folder;
+  const TemporaryFolder folder;
   // With sanitizers ten seconds, of which only the ticks are so many that they go into a file.
   const RunRecord run = synthetic::reference_run({(testing::kSanitized ? 10 : 60) * 1'000'000'000LL});
-  const RunRecord filed = in_files(run, std::make_shared<RowFiles>(folder.path));
+  const RunRecord filed = in_files(run, std::make_shared<RowFiles>(folder.path()));
   const auto summary = [](const RunRecord& record) {
     Metrics metrics = measure(record);
     add_growths(record, metrics);
@@ -63,8 +59,8 @@ TEST_CASE("rows in files read as rows in memory do: the same summary, the same s
 
 TEST_CASE("256 MiB of rows in a file, written and read again, take less than 96 MiB of memory, and no name in the folder",
           "[sweep]") {
-  const Folder folder;
-  Rows<std::uint64_t> rows(std::make_shared<RowFiles>(folder.path));
+  const TemporaryFolder folder;
+  Rows<std::uint64_t> rows(std::make_shared<RowFiles>(folder.path()));
   constexpr std::uint64_t kCount = (256 << 20) / sizeof(std::uint64_t);
   const std::size_t before = resident_bytes();
   std::size_t most = 0;
@@ -76,11 +72,11 @@ TEST_CASE("256 MiB of rows in a file, written and read again, take less than 96 
   for (std::uint64_t i = 0; i < kCount; ++i, look(i)) wrong += rows[i] != i * i;
   CHECK(wrong == 0);
   CHECK(most < 96 << 20);  // 32 MiB and what is touched on a busy machine between two looks of the thread
-  CHECK(fs::is_empty(folder.path));
+  CHECK(fs::is_empty(folder.path()));
 }
 
 TEST_CASE("a folder without room for the rows, or none at all, fails the run with a remedy") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto reason = [](const fs::path& place) -> std::string {
     try {
       Rows<char>(64 << 20, 'x', std::make_shared<RowFiles>(place));
@@ -89,15 +85,15 @@ TEST_CASE("a folder without room for the rows, or none at all, fails the run wit
     }
     return "none";
   };
-  CHECK(reason(folder.path / "absent") == "disk");
+  CHECK(reason(folder.path() / "absent") == "disk");
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{1 << 20, before.rlim_max};
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   ::setrlimit(RLIMIT_FSIZE, &small);
-  const std::string full = reason(folder.path);
+  const std::string full = reason(folder.path());
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   CHECK(full == "disk");
-  CHECK(reason(folder.path) == "none");
+  CHECK(reason(folder.path()) == "none");
 }

@@ -15,30 +15,16 @@
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
 constexpr const char* kRecorded = EVENSTEP_SOURCE_DIR "/scenarios/recorded/";
-
-/// A folder for one test, removed at the end of the test.
-struct TestFolder {
-  static inline int count = 0;
-  fs::path path = fs::temp_directory_path() / fmt::format("evenstep-advise-test-{}-{}", getpid(), ++count);
-  TestFolder() {
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  ~TestFolder() { fs::remove_all(path); }
-  std::string file(const std::string& name) const { return (path / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(file(name), std::ios::binary) << text;
-    return file(name);
-  }
-};
 
 std::string content(const fs::path& path) {
   std::stringstream text;
@@ -54,12 +40,12 @@ std::vector<SegmentTiming> first_segments(const std::string& name, std::size_t c
   return *csv;
 }
 
-std::string part_of(const TestFolder& place, const std::string& name, std::size_t segments) {
+std::string part_of(const TemporaryFolder& place, const std::string& name, std::size_t segments) {
   return place.write(name + ".csv", format_timing_csv(first_segments(name, segments)));
 }
 
 /// A list of steps at even gaps, without pauses.
-std::string without_pauses(const TestFolder& place) {
+std::string without_pauses(const TemporaryFolder& place) {
   std::string csv = "begin_ns,end_ns\n";
   for (std::int64_t n = 0; n < 3200; ++n) {
     const std::int64_t begin = n * 2'000'000 + (n * 7919 % 97) * 3'000;
@@ -137,9 +123,9 @@ void check_row(const std::string& folder, const AdviceChoice& choice) {
 }
 
 void check_all_rows(const std::string& file, const AdviseOptions& options = {}) {
-  const TestFolder place;
+  const TemporaryFolder place;
   const AdviseResult result = advised(file, options);
-  const std::string folder = place.file("out");
+  const std::string folder = place / "out";
   REQUIRE(write_advice_folder(folder, result, "again").empty());
   REQUIRE(result.record.choices.size() >= 8);
   for (const AdviceChoice& choice : result.record.choices) check_row(folder, choice);
@@ -148,14 +134,14 @@ void check_all_rows(const std::string& file, const AdviseOptions& options = {}) 
 }  // namespace
 
 TEST_CASE("the scenario of every row gives the numbers of the row") {
-  const TestFolder place;
+  const TemporaryFolder place;
   SECTION("paced segments") { check_all_rows(part_of(place, "small-paced30-basic", 220)); }
   SECTION("free running, with a jittering pace") { check_all_rows(part_of(place, "paperlike-free-basic", 250)); }
   SECTION("a shared machine") { check_all_rows(part_of(place, "contended-free-basic", 110)); }
 }
 
 TEST_CASE("the scenario of every row gives its numbers where nothing pauses, and paper is left out") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const std::string file = without_pauses(place);
   check_all_rows(file);
   const AdviseResult result = advised(file);
@@ -166,7 +152,7 @@ TEST_CASE("the scenario of every row gives its numbers where nothing pauses, and
 }
 
 TEST_CASE("a scenario says with keys what a governor of a run can do, and these give the schedule that was priced") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const std::string name = GENERATE(as<std::string>{}, "paced30-pthread", "regime-free-basic");
   constexpr std::size_t kSegments = 120;
   AdviseOptions options;
@@ -177,7 +163,7 @@ TEST_CASE("a scenario says with keys what a governor of a run can do, and these 
     options.governors->push_back(parse_what_if(text).value());
   const std::string file = part_of(place, name, kSegments);
   const AdviseResult result = advised(file, options);
-  const std::string folder = place.file("out");
+  const std::string folder = place / "out";
   REQUIRE(write_advice_folder(folder, result, "again").empty());
   // Two timings have no keys: own-lane, which no governor can do, and a budget that `governor` in [timing] refuses.
   CHECK(result.timings.size() == 3);
@@ -204,7 +190,7 @@ TEST_CASE("a scenario says with keys what a governor of a run can do, and these 
 }
 
 TEST_CASE("a latency that adapts is at most the fixed one, and carries as much") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const AdviseResult result = advised(part_of(place, "contended-free-basic", 250), as_it_is());
   std::size_t adaptive = 0, less = 0;
   for (const AdviceChoice& choice : result.record.choices) {
@@ -227,8 +213,8 @@ TEST_CASE("a latency that adapts is at most the fixed one, and carries as much")
 }
 
 TEST_CASE("what predict carries is the largest stiffness that study finds stable, and it runs on by its horizon") {
-  const TestFolder place;
-  const std::string folder = place.file("out");
+  const TemporaryFolder place;
+  const std::string folder = place / "out";
   const AdviseResult result = advised(part_of(place, "paced30-pthread", 220), as_it_is());
   REQUIRE(write_advice_folder(folder, result, "again").empty());
   std::size_t predicted = 0;
@@ -267,8 +253,8 @@ std::pair<AdviceChoice, Scenario> row_of(const std::string& folder, const Advise
 }
 
 TEST_CASE("the search for what predict carries begins with what the map carries without it, and needs few runs") {
-  const TestFolder place;
-  const std::string folder = place.file("out");
+  const TemporaryFolder place;
+  const std::string folder = place / "out";
   const AdviseResult result = advised(part_of(place, "paced30-pthread", 220), as_it_is());
   REQUIRE(write_advice_folder(folder, result, "again").empty());
   const auto [held, held_scenario] = row_of(folder, result, "predict", "hold");
@@ -285,8 +271,8 @@ TEST_CASE("the search for what predict carries begins with what the map carries 
 }
 
 TEST_CASE("where predict carries less than the map without it, the search finds how much all the same") {
-  const TestFolder place;
-  const std::string folder = place.file("out");
+  const TemporaryFolder place;
+  const std::string folder = place / "out";
   AdviseOptions options = as_it_is();
   options.renderers = {"hold"};
   options.mass_kg = 5;  // predict replaces a negative damper by a negative mass; this hand has little friction for its mass
@@ -303,24 +289,24 @@ TEST_CASE("where predict carries less than the map without it, the search finds 
 }
 
 TEST_CASE("the bytes of an advice are the same with one thread and with four") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const std::string file = part_of(place, "small-paced30-basic", 60);
   AdviseOptions one, four;
   one.threads = 1;
   four.threads = 4;
-  REQUIRE(write_advice_folder(place.file("one"), advised(file, one), "again").empty());
-  REQUIRE(write_advice_folder(place.file("four"), advised(file, four), "again").empty());
+  REQUIRE(write_advice_folder(place / "one", advised(file, one), "again").empty());
+  REQUIRE(write_advice_folder(place / "four", advised(file, four), "again").empty());
   std::size_t files = 0;
-  for (const auto& entry : fs::directory_iterator(place.file("one"))) {
+  for (const auto& entry : fs::directory_iterator(place / "one")) {
     INFO(entry.path());
-    CHECK(content(entry.path()) == content(fs::path(place.file("four")) / entry.path().filename()));
+    CHECK(content(entry.path()) == content(fs::path(place / "four") / entry.path().filename()));
     ++files;
   }
   CHECK(files >= 18);
 }
 
 TEST_CASE("latency and bound are those that size finds, and no latency is below its bound") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const std::string file = part_of(place, "paced30-pthread", 200);
   const AdviseResult result = advised(file);
   const SizeRecord sized = size_recording(file, {}).record;
@@ -347,7 +333,7 @@ TEST_CASE("latency and bound are those that size finds, and no latency is below 
 }
 
 TEST_CASE("the stiffness carried is that of the laws for the latency of the row") {
-  const TestFolder place;
+  const TemporaryFolder place;
   AdviseOptions options;
   options.damping_N_s_per_m = 1.5;
   options.mass_kg = 0.3;
@@ -373,7 +359,7 @@ TEST_CASE("the stiffness carried is that of the laws for the latency of the row"
 }
 
 TEST_CASE("the second latency is lower, and no more segments are late than were accepted") {
-  const TestFolder place;
+  const TemporaryFolder place;
   AdviseOptions options;
   options.rate = 0.05;
   const AdviseResult result = advised(part_of(place, "paced30-pthread", 300), options);
@@ -400,7 +386,7 @@ TEST_CASE("the second latency is lower, and no more segments are late than were 
 }
 
 TEST_CASE("a recording of a few seconds is not long enough to see a hand come to rest, and that is said") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const AdviseResult few = advised(part_of(place, "small-paced30-basic", 110));
   CHECK_THAT(few.record.notes.front(), Contains("After 3.64 s nobody can tell") && Contains("Record 6 s or more"));
   for (const AdviceChoice& choice : few.record.choices) CHECK_FALSE(choice.comes_to_rest.has_value());
@@ -415,7 +401,7 @@ TEST_CASE("a recording of a few seconds is not long enough to see a hand come to
 }
 
 TEST_CASE("a rate that is less than one segment is left out, and that is said") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const AdviseResult result = advised(part_of(place, "small-paced30-basic", 40));
   for (const AdviceChoice& choice : result.record.choices) CHECK(choice.accepted_rate == 0);
   REQUIRE_FALSE(result.record.notes.empty());
@@ -464,14 +450,14 @@ TEST_CASE("a scenario whose samples have an age of their own is advised without 
 }
 
 TEST_CASE("what cannot be advised says why, and what to do") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const auto refused = [&](const std::string& file) {
     const AdviseResult result = advise_recording(file, {});
     REQUIRE(result.errors.size() == 1);
     CHECK(result.record.choices.empty());
     return text(result.errors.front());
   };
-  CHECK_THAT(refused(place.file("nowhere.csv")), Contains("nowhere.csv"));
+  CHECK_THAT(refused(place / "nowhere.csv"), Contains("nowhere.csv"));
   CHECK_THAT(refused(part_of(place, "small-paced30-basic", 2)), Contains("too short to advise") && Contains("record more"));
   CHECK_THAT(refused(place.write("one.csv", "begin_ns,end_ns\n0,5\n")), Contains("too short to advise"));
   CHECK_THAT(refused(place.write("drawn.csv", "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,5\n")),
@@ -482,7 +468,7 @@ TEST_CASE("what cannot be advised says why, and what to do") {
 }
 
 TEST_CASE("an advice that is interrupted says so") {
-  const TestFolder place;
+  const TemporaryFolder place;
   const std::atomic<bool> stop{true};
   AdviseOptions options;
   options.interrupted = &stop;

@@ -14,6 +14,7 @@
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/json.h"
 #include "evenstep/scheduler/random.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -31,13 +32,11 @@ std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::size_t 
 
 /// Reads the table in the smallest scenario that can contain it.
 ReadResult read_table(const std::string& table) {
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / ("evenstep-fit-" + std::to_string(getpid()) + ".toml");
-  std::ofstream(file) << "format = 1\n[run]\nduration = \"1 s\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n"
-                      << table;
-  ReadResult result = read_scenario(file.string());
-  std::filesystem::remove(file);
-  return result;
+  const testing::TemporaryFolder folder;
+  return read_scenario(folder.write("fit.toml",
+                                    "format = 1\n[run]\nduration = \"1 s\"\n[scene]\nkind = \"spring\"\n"
+                                    "[[device]]\nname = \"left\"\n" +
+                                        table));
 }
 
 /// Schedules that together have every part of a fit.

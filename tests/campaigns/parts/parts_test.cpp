@@ -22,7 +22,7 @@
 using namespace evenstep;
 using Catch::Contains;
 using test::contents;
-using test::Folder;
+using testing::TemporaryFolder;
 
 namespace {
 
@@ -104,7 +104,7 @@ std::vector<std::string> certain(const std::string& file) {
   return lines;
 }
 
-std::vector<std::string> shards(const Kind& kind, const Folder& folder, int of) {
+std::vector<std::string> shards(const Kind& kind, const TemporaryFolder& folder, int of) {
   std::vector<std::string> parts;
   for (int i = 1; i <= of; ++i) {
     const PartOutcome outcome = kind.run(options(folder / fmt::format("of-{}", of), {i, of}));
@@ -130,7 +130,7 @@ std::size_t lines_in(const std::string& file) {
 }  // namespace
 
 TEST_CASE("Studies and sizings and the catalogue are the same in two and seven shards in any order", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const Kind kind = kinds(sized)[GENERATE(range(std::size_t{0}, kKinds))];
   INFO(kind.name);
@@ -168,7 +168,7 @@ TEST_CASE("Studies and sizings and the catalogue are the same in two and seven s
 }
 
 TEST_CASE("Gaps and duplicates and other kinds and damaged lines of any work are refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const std::vector<Kind> all = kinds(sized);
   const Kind& kind = all[GENERATE(range(std::size_t{0}, kKinds))];
@@ -204,7 +204,7 @@ TEST_CASE("Gaps and duplicates and other kinds and damaged lines of any work are
 }
 
 TEST_CASE("A shard of any work that was killed and goes on loses no line and gives the same bytes", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const Kind kind = kinds(sized)[GENERATE(range(std::size_t{0}, kKinds))];
   INFO(kind.name);
@@ -234,7 +234,7 @@ TEST_CASE("A shard of any work that was killed and goes on loses no line and giv
 }
 
 TEST_CASE("A study in parts has the errors of a study in one piece and says which machines measured") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = kScenarios + "stiff/study-block.toml";
   const ReadResult scenario = read_scenario(path, {kState, std::nullopt});
   REQUIRE(scenario);
@@ -283,7 +283,7 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
 }
 
 TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CatalogueOptions part = catalogue_options(options(folder / "parts"));
   int count = 0;
   const CatalogueOutcome outcome = run_catalogue(part, [&](CatalogueEntry& entry) {
@@ -314,7 +314,7 @@ TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run
 }
 
 TEST_CASE("The segments of all seeds are one sample for the rate") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const SizeSeedsOutcome outcome = size_seeds(sized, size_options(options(folder / "size")));
   REQUIRE(outcome.failure.empty());
@@ -359,7 +359,7 @@ TEST_CASE("The segments of all seeds are one sample for the rate") {
 }
 
 TEST_CASE("Seeds of a timing without variation and spans that are none are refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const SizeSeedsOutcome outcome =
       size_seeds(kScenarios + "paper/figure-1-spring.toml", size_options(options(folder / "size")));
   REQUIRE(outcome.errors.size() == 1);
@@ -371,7 +371,7 @@ TEST_CASE("Seeds of a timing without variation and spans that are none are refus
 }
 
 TEST_CASE("The status of any work is read from its parts") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const Kind kind = kinds(sized)[1];
   kind.run(options(folder / "parts", {2, 3}));
@@ -388,7 +388,7 @@ TEST_CASE("The status of any work is read from its parts") {
 }
 
 TEST_CASE("The felt force and the stiffest scene merge from the shards of their strategies and cells", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto [file, set, of] = GENERATE(table<std::string, std::vector<std::string>, int>(
       {{"paper/figure-1-spring.toml", {"study.repeats=1"}, 2}, {"closed-loop/price-study.toml", {}, 2}}));
   INFO(file);

@@ -25,7 +25,7 @@ std::string line_of(std::int64_t index) {
                               {"measured", {{"cpu_s_per_s", {value, value, value}}, {"machine", "generated"}}}});
 }
 
-std::vector<std::string> generate(const test::Folder& folder, const internal::JsonParts& study, int shards) {
+std::vector<std::string> generate(const testing::TemporaryFolder& folder, const internal::JsonParts& study, int shards) {
   std::vector<std::string> parts;
   for (int shard = 1; shard <= shards; ++shard) {
     parts.push_back(folder / fmt::format("study-{}-of-{}.jsonl", shard, shards));
@@ -40,7 +40,7 @@ std::vector<std::string> generate(const test::Folder& folder, const internal::Js
 
 TEST_CASE("More parts of a study than a process may open merge to the lines of one and the missing ones are named",
           "[sweep]") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const internal::JsonParts study = generated(6000);
   std::vector<std::string> parts = generate(folder, study, 2000);
   std::string whole = study.header_line({}) + '\n';
@@ -59,7 +59,7 @@ TEST_CASE("More parts of a study than a process may open merge to the lines of o
 }
 
 TEST_CASE("A merge replaces none of its parts and nothing that is no file") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const std::vector<std::string> parts = generate(folder, generated(9), 3);
   const std::string second = test::contents(parts[1]);
   std::filesystem::create_symlink(parts[1], folder / "link.jsonl");
@@ -82,7 +82,7 @@ TEST_CASE("A merge replaces none of its parts and nothing that is no file") {
 }
 
 TEST_CASE("Ten million cells of ten thousand shards merge in half a gigabyte of memory", "[million]") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const internal::JsonParts study = generated(10'000'000);
   const std::vector<std::string> parts = generate(folder, study, 10'000);
   const std::string out = folder / "merged.jsonl";

@@ -1,6 +1,5 @@
 // What `size` prints for pasting makes a scenario that is accepted, needs exactly that latency and has no underrun with it.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -8,6 +7,7 @@
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "temporary_folder.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -30,18 +30,18 @@ Pasted pasted(const std::string& recording, const RecordingOptions& options = {}
   out.sized = sized.record;
   const std::string printed = size_text(out.sized);
   REQUIRE(printed.find("\n[remap]\n") != std::string::npos);
-  const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".toml");
+  const TemporaryFolder folder;
+  const std::string file = folder / "conclusion.toml";
   std::ofstream(file) << "format = 1\n[run]\nstrategies = [\"" << strategy_to_use(out.sized)->name
                       << "\"]\n[scene]\nkind = \"spring\"\nsolver = \"cpu-double\"\n[[device]]\nname = \"left\"\n"
                          "render = { kind = \"force\", emission = \"hold\" }\n[[expect]]\nsignal = \"left.force."
                       << strategy_to_use(out.sized)->name << "\"\nmetric = \"underruns\"\nequals = 0\n"
                       << printed.substr(printed.find("\n[remap]\n"));
-  const ReadResult read = read_scenario(file.string());
+  const ReadResult read = read_scenario(file);
   INFO(printed << (read ? "" : text(read.error().front())));
   REQUIRE(read);
   out.scenario = size_scenario(*read, {}).record;
   out.run = run_scenario(*read, {});
-  fs::remove(file);
   return out;
 }
 
@@ -108,7 +108,8 @@ TEST_CASE("a map that waits for future samples does so in each of its numbers") 
 }
 
 TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
-  const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
+  const TemporaryFolder folder;
+  const std::string file = folder / "conclusion.json";
   const auto events = [](const char* name, RealTime begin, RealTime end) {
     return fmt::format(R"({{"name":"{}","ph":"X","pid":1,"tid":1,"ts":{}.{:03},"dur":{}.{:03}}},)", name, begin.ns / 1000,
                        begin.ns % 1000, (end - begin).ns / 1000, (end - begin).ns % 1000);
@@ -120,11 +121,10 @@ TEST_CASE("of a profiler's file the printed tables have its roles, and are accep
     for (const Interval& step : segment.steps) json += events("solve", step.begin, step.end);
   }
   std::ofstream(file) << json.substr(0, json.size() - 1) << "]";
-  const Pasted out = pasted(file.string(), {{"", R"(draw "[a-z]+")", "solve", "", "", 0, {}}, {}});
+  const Pasted out = pasted(file, {{"", R"(draw "[a-z]+")", "solve", "", "", 0, {}}, {}});
   CHECK(out.sized.trace_roles == R"({ visualization = "draw \"[a-z]+\"", step = "solve" })");
   CHECK(strategy(out.scenario, "phase_locked").any_phase.latency == strategy(out.sized, "phase_locked").any_phase.latency);
   CHECK(out.run.verdict == RunVerdict::pass);
-  fs::remove(file);
 }
 
 TEST_CASE("the conclusion names map, latency, stiffness and what mending is worth, a list of steps has no [timing] yet") {

@@ -7,6 +7,7 @@
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "temporary_folder.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -18,25 +19,23 @@ namespace {
 /// A folder with a recording and a scenario that replays it with a device of 1 kHz and held forces, as `size` assumes.
 class Replay {
  public:
-  explicit Replay(const std::string& csv)
-      : folder_(fs::temp_directory_path() / ("evenstep-replay-" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-    std::ofstream(recording()) << csv;
-    std::ofstream(folder_ / "replay.toml")
-        << "format = 1\n[run]\nstrategies = [\"phase_locked\"]\n[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n"
-           "[[device]]\nname = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n";
+  explicit Replay(const std::string& csv) {
+    folder_.write("t.csv", csv);
+    folder_.write(
+        "replay.toml",
+        "format = 1\n[run]\nstrategies = [\"phase_locked\"]\n[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n"
+        "[[device]]\nname = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n");
   }
-  ~Replay() { fs::remove_all(folder_); }
-  std::string recording() const { return (folder_ / "t.csv").string(); }
+  std::string recording() const { return folder_ / "t.csv"; }
   Scenario scenario() const {
-    const ReadResult read = read_scenario((folder_ / "replay.toml").string());
+    const ReadResult read = read_scenario(folder_ / "replay.toml");
     INFO((read ? "" : text(read.error().front())));
     REQUIRE(read);
     return *read;
   }
 
  private:
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 Duration least_latency(const SizeResult& result) {

@@ -1,5 +1,4 @@
 // The reference of the felt force, and the file in which it is kept.
-#include <unistd.h>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,25 +9,21 @@
 #include "evenstep/reports/run_failure.h"
 #include "felt_reference.h"
 #include "study_scenes.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;
 using namespace evenstep::test;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder that is removed at the end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("evenstep-felt-" + std::to_string(::getpid()));
-  Folder() { fs::remove_all(path); }
-  ~Folder() { fs::remove_all(path); }
-  fs::path only_file() const {
-    REQUIRE(std::distance(fs::directory_iterator(path), fs::directory_iterator()) == 1);
-    return fs::directory_iterator(path)->path();
-  }
-};
+fs::path only_file(const TemporaryFolder& folder) {
+  REQUIRE(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
+  return fs::directory_iterator(folder.path())->path();
+}
 
 Scenario small_block(const std::vector<std::string>& set = {}) {
   std::vector<std::string> all{"study.error=felt-force",
@@ -46,10 +41,10 @@ struct Told {
   FeltStudyRecord study;
   std::string lines;
 };
-Told study_with(const Folder& folder, const std::vector<std::string>& set = {}) {
+Told study_with(const fs::path& cache, const std::vector<std::string>& set = {}) {
   Told told;
   FeltStudyControl control;
-  control.cache_folder = folder.path.string();
+  control.cache_folder = cache.string();
   control.announce = [&](const std::string& line) { told.lines += line + "\n"; };
   told.study = run_felt_study(small_block(set), control);
   return told;
@@ -65,12 +60,12 @@ void put(const fs::path& file, const std::string& content) { std::ofstream(file,
 }  // namespace
 
 TEST_CASE("A reference is computed once: the next study reads it, with the same errors bit for bit") {
-  const Folder folder;
-  const Told first = study_with(folder), again = study_with(folder);
+  const TemporaryFolder folder;
+  const Told first = study_with(folder.path()), again = study_with(folder.path());
   CHECK_FALSE(first.study.reference.stored);
   CHECK_THAT(first.lines, Contains("reference   ") && !Contains("stored"));
   CHECK(again.study.reference.stored);
-  CHECK(again.study.reference.file == folder.only_file().string());
+  CHECK(again.study.reference.file == only_file(folder).string());
   CHECK_THAT(again.lines, Contains("reference   stored: "));
   CHECK(again.study.reference.estimate_N == first.study.reference.estimate_N);
   CHECK(again.study.reference.cpu_s == first.study.reference.cpu_s);  // what the stored computation took
@@ -80,25 +75,25 @@ TEST_CASE("A reference is computed once: the next study reads it, with the same 
 }
 
 TEST_CASE("A stored reference that is damaged anywhere is noticed, said, and computed again") {
-  const Folder folder;
-  const Told first = study_with(folder);
-  const fs::path file = folder.only_file();
+  const TemporaryFolder folder;
+  const Told first = study_with(folder.path());
+  const fs::path file = only_file(folder);
   const std::string good = content_of(file);
   for (const std::size_t at : {std::size_t{0}, std::size_t{40}, good.size() / 2, good.size() - 3}) {
     std::string bad = good;
     bad[at] = bad[at] == '7' ? '8' : '7';
     put(file, bad);
-    const Told again = study_with(folder);
+    const Told again = study_with(folder.path());
     INFO("byte " << at);
     CHECK_THAT(again.lines, Contains("is not used: its checksum is wrong; it is computed again"));
     CHECK_FALSE(again.study.reference.stored);
     CHECK(again.study.points[0].total.rms_N == first.study.points[0].total.rms_N);
-    CHECK(study_with(folder).study.reference.stored);  // the file has been replaced by a good one
+    CHECK(study_with(folder.path()).study.reference.stored);  // the file has been replaced by a good one
   }
   put(file, good.substr(0, good.size() / 2));
-  CHECK_THAT(study_with(folder).lines, Contains("its checksum is wrong"));
+  CHECK_THAT(study_with(folder.path()).lines, Contains("its checksum is wrong"));
   put(file, "");
-  CHECK_THAT(study_with(folder).lines, Contains("its checksum is wrong"));
+  CHECK_THAT(study_with(folder.path()).lines, Contains("its checksum is wrong"));
 }
 
 TEST_CASE("A reference is not taken for that of another scene, motion, span or version") {
@@ -122,11 +117,11 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
   }
   CHECK_THAT(key, Contains("version "));
   // The file of this name may have another key: two keys may have the same digest, or somebody may have renamed a file.
-  const Folder folder;
+  const TemporaryFolder folder;
   FeltReference reference;
   reference.forces.read = {RealTime{0}};
   reference.forces.force_N.resize(1);
-  const std::string file = reference_file(folder.path.string(), key);
+  const std::string file = reference_file(folder.path().string(), key);
   REQUIRE(write_reference(file, key + "other\n", reference).empty());
   std::string objection;
   FeltReference read;
@@ -140,9 +135,8 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
 }
 
 TEST_CASE("Where a reference cannot be kept the study goes on, and says so") {
-  const Folder folder;
-  put(folder.path, "a file where the folder would be");
-  const Told told = study_with(folder);
+  const TemporaryFolder folder;
+  const Told told = study_with(folder.write("cache", "a file where the folder would be"));
   CHECK_THAT(told.lines, Contains("the reference could not be kept"));
   CHECK(told.study.points[0].state == StudyCell::State::measured);
 }

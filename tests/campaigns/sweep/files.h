@@ -1,7 +1,5 @@
 #pragma once
-// A folder for one test, its files, and a small sweep.
-
-#include <unistd.h>
+// Files of a test, and a small sweep.
 
 #include <filesystem>
 #include <fstream>
@@ -9,27 +7,11 @@
 #include <string>
 
 #include "catch.h"
+#include "temporary_folder.h"
 
 namespace evenstep::test {
 
-class Folder {
- public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("evenstep-test-" + std::to_string(::getpid()) + "-" + std::to_string(count_++))) {
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(*this / name, std::ios::binary) << text;
-    return *this / name;
-  }
-
- private:
-  static inline int count_ = 0;
-  std::filesystem::path path_;
-};
+using testing::TemporaryFolder;
 
 inline std::string contents(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

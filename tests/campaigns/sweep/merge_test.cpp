@@ -40,7 +40,8 @@ std::string line_of(const SweepHeader& header, std::int64_t index) {
 }
 
 /// Writes the parts of this many shards. If `whole` is given, what a single process would write is appended to it.
-std::vector<std::string> generate(const test::Folder& folder, const SweepHeader& header, int shards, std::string* whole) {
+std::vector<std::string> generate(const testing::TemporaryFolder& folder, const SweepHeader& header, int shards,
+                                  std::string* whole) {
   std::vector<std::string> parts;
   for (int shard = 1; shard <= shards; ++shard) {
     parts.push_back(folder / fmt::format("sweep-{}-of-{}.jsonl", shard, shards));
@@ -57,7 +58,7 @@ std::vector<std::string> generate(const test::Folder& folder, const SweepHeader&
 }  // namespace
 
 TEST_CASE("More parts than a process may open merge to the bytes of one process and the missing ones are named") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const SweepHeader header = header_of(6000);
   std::string whole;
   std::vector<std::string> parts = generate(folder, header, 2000, &whole);
@@ -77,7 +78,7 @@ TEST_CASE("More parts than a process may open merge to the bytes of one process 
 }
 
 TEST_CASE("Ten million points of ten thousand shards merge in half a gigabyte of memory", "[million]") {
-  const test::Folder folder;
+  const testing::TemporaryFolder folder;
   const SweepHeader header = header_of(10'000'000);
   const std::vector<std::string> parts = generate(folder, header, 10'000, nullptr);
   const std::string out = folder / "merged.jsonl";

@@ -7,12 +7,12 @@
 
 using namespace evenstep;
 using Catch::Contains;
-using test::Folder;
+using testing::TemporaryFolder;
 
 namespace {
 
 SweepSpec read(const std::string& sweep) {
-  Folder folder;
+  TemporaryFolder folder;
   const ReadResult result = read_scenario(folder.write("x.toml", test::small_scenario(sweep)));
   for (const Diagnostic& error : result.error_or({})) UNSCOPED_INFO(text(error));
   REQUIRE(result);
@@ -26,7 +26,7 @@ std::vector<std::string> values(const std::string& value) {
 
 /// All errors of the scenario and its points, in one text.
 std::string errors(const std::string& sweep) {
-  Folder folder;
+  TemporaryFolder folder;
   std::string out;
   for (const Diagnostic& error : check_sweep(folder.write("x.toml", test::small_scenario(sweep)), {}))
     out += text(error) + "\n";
@@ -94,7 +94,7 @@ TEST_CASE("Two axes that set the same key, or one within the other, are refused:
 }
 
 TEST_CASE("An assignment that every point of a sweep sets itself is refused, because it would have no effect") {
-  Folder folder;
+  TemporaryFolder folder;
   const std::string file = folder.write(
       "x.toml", test::small_scenario("[sweep]\nseeds = \"0..2\"\ngrid = { \"device.left.rate\" = [\"1 kHz\"] }\n"));
   const auto sweep_with = [&](const std::string& assignment) {
@@ -138,7 +138,7 @@ TEST_CASE("What a sweep finds must be a key of its grid with rising values, and 
 
 TEST_CASE("The digest of a sweep follows what its files say and not where they lie") {
   const auto digest = [](const std::string& rows, const std::string& set = "") {
-    Folder folder;
+    TemporaryFolder folder;
     folder.write("t.csv", "segment,kind,index,begin_ns,end_ns\n" + rows);
     const std::string scenario = folder.write(
         "x.toml",

@@ -16,7 +16,7 @@
 using namespace evenstep;
 using Catch::Contains;
 using test::contents;
-using test::Folder;
+using testing::TemporaryFolder;
 
 namespace {
 
@@ -49,7 +49,7 @@ std::string recording(const std::vector<Spike>& spikes) {
 }
 
 /// A force is late if its step ends more than latency - lead = 12 ms after the begin of its slot.
-std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, const std::string& more = "") {
+std::string scenario(const TemporaryFolder& folder, const std::vector<Spike>& spikes, const std::string& more = "") {
   folder.write("t.csv", recording(spikes));
   return folder.write(
       "late.toml",
@@ -63,7 +63,7 @@ std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, con
           more);
 }
 
-ShrinkOutcome shrunk(const Folder& folder, const std::string& path, ShrinkOptions options = {},
+ShrinkOutcome shrunk(const TemporaryFolder& folder, const std::string& path, ShrinkOptions options = {},
                      const std::string& out = "out") {
   options.folder = folder / out;
   const ShrinkOutcome outcome = shrink_scenario(path, options);
@@ -99,7 +99,7 @@ std::vector<SegmentTiming> as_run(const Scenario& scenario) {
 
 TEST_CASE(
     "One spike among many small deviations is left alone and shrunk to the nanosecond at which it makes a force late") {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const std::size_t step : {0U, 5U, 15U}) {
     const ShrinkOutcome outcome = shrunk(folder, scenario(folder, {{12, step, 11'000'000}}));
     REQUIRE(outcome.perturbations.size() == 1);
@@ -121,7 +121,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Two spikes that are late only together are both kept and together no longer than they must be", "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const ShrinkOutcome outcome = shrunk(folder, scenario(folder, {{9, 5, 3'200'000}, {9, 7, 3'200'000}, {14, 3, 2'000'000}}));
   REQUIRE(outcome.perturbations.size() == 2);
   CHECK(outcome.perturbations[0].step == 5);
@@ -132,13 +132,13 @@ TEST_CASE("Two spikes that are late only together are both kept and together no 
 
 TEST_CASE("What is written reads back alone and fails the same expectation, and shrinking it again changes nothing",
           "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const ShrinkOutcome first = shrunk(folder, scenario(folder, {{12, 5, 6'000'000}}));
   const std::string toml = contents(first.file);
   CHECK_THAT(toml, Contains("# left.force.paper underruns fails with the timing of late.toml"));
   CHECK_THAT(toml, Contains("step 5 of segment 12: 6500001 ns instead of 1500000"));
   CHECK_THAT(toml, !Contains("extends") && !Contains(folder / ""));
-  const Folder elsewhere;
+  const TemporaryFolder elsewhere;
   elsewhere.write("late-shrunk.csv", contents(folder / "out/late-shrunk.csv"));
   const std::string copy = elsewhere.write("late-shrunk.toml", toml);
   const ReadResult read = read_scenario(copy);
@@ -154,7 +154,7 @@ TEST_CASE("What is written reads back alone and fails the same expectation, and 
 }
 
 TEST_CASE("The same scenario shrinks to the same files") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = scenario(folder, {{12, 5, 6'000'000}, {13, 2, 6'000'000}});
   const ShrinkOutcome a = shrunk(folder, path, {}, "a"), b = shrunk(folder, path, {}, "b");
   CHECK(a.runs == b.runs);
@@ -163,7 +163,7 @@ TEST_CASE("The same scenario shrinks to the same files") {
 }
 
 TEST_CASE("The expectation to shrink for is the first that fails or the one of a line") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = scenario(folder, {{12, 5, 6'000'000}});
   ShrinkOptions options;
   options.expect_line = 22;
@@ -176,7 +176,7 @@ TEST_CASE("The expectation to shrink for is the first that fails or the one of a
 }
 
 TEST_CASE("A scenario that passes is refused and a search that runs out of runs says so") {
-  const Folder folder;
+  const TemporaryFolder folder;
   ShrinkOptions options;
   options.expect_line = 18;
   const ShrinkOutcome passes = shrink_scenario(scenario(folder, {}), options);
@@ -194,7 +194,7 @@ TEST_CASE("A scenario that passes is refused and a search that runs out of runs 
 TEST_CASE(
     "A real recording is shrunk although its steps per second are a fraction of large numbers, and no copy of it is left",
     "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const char* name : {"paperlike-free-basic", "concurrent-paced30-basic-sub9"}) {
     INFO(name);
     const std::string stem = fmt::format("{}-late", name);
@@ -224,14 +224,14 @@ TEST_CASE("Where one of many perturbations fails alone, one is left, although ha
     spikes.push_back({k, 2, 9'000'000});
     spikes.push_back({k, 9, 9'000'000});
   }
-  const Folder folder;
+  const TemporaryFolder folder;
   const ShrinkOutcome outcome = shrunk(folder, scenario(folder, spikes));
   CHECK(outcome.perturbations.size() == 1);
 }
 
 TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does",
           "[sweep]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto with = [&](const std::string& name, const std::string& latency, int seeds) {
     std::string text = test::small_scenario("latency = \"" + latency + "\"\n");
     const std::string never = "metric = \"underruns\", equals = 0";
@@ -270,7 +270,7 @@ TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns 
 }
 
 TEST_CASE("Drawn timings shrink to a few of their lengths") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = folder.write("small.toml", test::small_scenario("latency = \"19 ms\"\n"));
   const ShrinkOutcome outcome = shrunk(folder, path);
   CHECK(outcome.perturbations_before > 100);

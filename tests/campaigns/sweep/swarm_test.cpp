@@ -18,7 +18,7 @@ using namespace evenstep;
 using Catch::Contains;
 using internal::faults_on;
 using test::contents;
-using test::Folder;
+using testing::TemporaryFolder;
 
 namespace {
 
@@ -57,7 +57,7 @@ struct Swarm {
       found.push_back(internal::read_point_line(outcome.header, text.substr(begin, end - begin)));
     return found;
   }
-  Folder folder;
+  TemporaryFolder folder;
   std::string scenario;
 };
 
@@ -194,7 +194,7 @@ TEST_CASE("A sweep that stops at its failures does not judge its states") {
 
 TEST_CASE("What a swarm cannot be is an error with its place") {
   const auto errors_of = [](const std::string& text) {
-    const Folder folder;
+    const TemporaryFolder folder;
     const std::vector<Diagnostic> errors = check_sweep(folder.write("a.toml", text), {});
     return errors.empty() ? std::string() : evenstep::text(errors.front());
   };
@@ -212,7 +212,7 @@ TEST_CASE("What a swarm cannot be is an error with its place") {
 }
 
 TEST_CASE("A failing point of a swarm is shrunk with its faults off, into a file that reads") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string text = scenario_with("seeds = \"0..4\"\n");
   text.replace(text.find(kExpect), std::string(kExpect).size(),
                "expect = [{ signal = \"left.force.phase_locked\", metric = \"underruns\", equals = 0 }]\n");
@@ -232,7 +232,7 @@ TEST_CASE("A failing point of a swarm is shrunk with its faults off, into a file
 }
 
 TEST_CASE("A recovery from faults of the timing is not shrunk, because its recording has none") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string text = scenario_with("seeds = \"0..4\"\n");
   text.replace(text.find("\"100 ms\""), 8, "\"0 ms\", expect_fail = true");
   ShrinkOptions options;

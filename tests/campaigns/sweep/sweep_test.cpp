@@ -20,7 +20,7 @@
 using namespace evenstep;
 using Catch::Contains;
 using test::contents;
-using test::Folder;
+using testing::TemporaryFolder;
 
 namespace {
 
@@ -49,7 +49,7 @@ struct Small {
     return parts;
   }
 
-  Folder folder;
+  TemporaryFolder folder;
   std::string scenario;
 };
 
@@ -391,7 +391,7 @@ TEST_CASE("The command of a point runs it again to the same trace") {
 }
 
 TEST_CASE("The shipped sweeps find what they ask for", "[sweep]") {
-  Folder folder;
+  TemporaryFolder folder;
   SweepOptions options;
   options.folder = folder / "out";
   // Only a tenth of the seeds of the scenario. The command line runs all of them.
