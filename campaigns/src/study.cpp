@@ -115,10 +115,10 @@ const StudyReferenceRun& StudyCells::reference() {
   if (reference_) return *reference_;
   int finest = 1;
   for (const StudyRun& run : runs_) finest = std::max(finest, iterates(run.method) ? 1 : run.step.substeps);
-  return reference_.emplace(solve_reference(scenario_, plan_, finest));
+  return reference_.emplace(solve_reference(scenario_, plan_, finest, control_.interrupted));
 }
 
-std::optional<StudyCell> StudyCells::cell(std::size_t i) {
+StudyCell StudyCells::cell(std::size_t i) {
   const StudyRun& run = runs_[i];
   reference();
   StudyCell cell{.solver = name_of(run.solver),
@@ -135,7 +135,6 @@ std::optional<StudyCell> StudyCells::cell(std::size_t i) {
                       ? fmt::format("above the limit of {:.4g} ms", 1e3 * step_limit_s(scenario_, run.method))
                       : error.what();
   }
-  if (cell.state == StudyCell::State::measured && cell.repeats == 0) return std::nullopt;  // interrupted before that
   return cell;
 }
 
@@ -143,7 +142,7 @@ void StudyCells::judge(const StudyRun& run, StudyCell& cell) {
   const auto solver = make_study_solver(scenario_, run, true);
   cell.iterations = solver->info().iterations;
   if (run.solver == SolverKind::opencl) opencl_device_ = solver->info().device;
-  const StudyTrace trace = trace_of(*solver, scenario_, plan_, run.step);
+  const StudyTrace trace = trace_of(*solver, scenario_, plan_, run.step, control_.interrupted);
   if (trace.first_bad_sample >= 0) {
     cell.state = StudyCell::State::diverged;
     cell.reason = fmt::format("not finite at {:.4g} ms", plan_.duration_s(scenario_) * 1e3 *
@@ -163,12 +162,12 @@ void StudyCells::time(const StudyRun& run, StudyCell& cell) const {
   const auto solver = make_study_solver(scenario_, run, false);
   std::vector<double> cpu_s, wall_s;
   const double simulated_s = plan_.rest_s(scenario_) + plan_.duration_s(scenario_), began_s = process_cpu_seconds();
-  while (static_cast<int>(cpu_s.size()) < scenario_.study.repeats && !interrupted()) {
+  while (static_cast<int>(cpu_s.size()) < scenario_.study.repeats) {
     double cpu = 0, wall = 0, rounds = 0;
     for (; rounds == 0 || (cpu < kLeastTimed_s && wall < kLeastTimed_s); ++rounds) {
       solver->reset();
       const double cpu_before = process_cpu_seconds(), wall_before = monotonic_seconds();
-      step_through(*solver, scenario_, plan_, run.step);
+      step_through(*solver, scenario_, plan_, run.step, control_.interrupted);
       cpu += process_cpu_seconds() - cpu_before;
       wall += monotonic_seconds() - wall_before;
     }
@@ -177,7 +176,6 @@ void StudyCells::time(const StudyRun& run, StudyCell& cell) const {
     if (process_cpu_seconds() - began_s > kMostCell_s) break;
   }
   cell.repeats = static_cast<int>(cpu_s.size());
-  if (cpu_s.empty()) return;
   cell.cpu = cost_of(cpu_s);
   cell.wall = cost_of(wall_s);
 }
@@ -205,20 +203,21 @@ namespace {
 StudyRecord all_cells(const Scenario& scenario, const StudyControl& control) {
   internal::StudyCells cells(scenario, control);
   StudyRecord record = cells.description();
-  record.reference = cells.reference().info;
   const auto report = [&](double fraction) {
     if (control.progress) control.progress(fraction);
   };
-  for (std::size_t i = 0; i < cells.count() && !(control.interrupted && *control.interrupted); ++i) {
-    report(static_cast<double>(i) / static_cast<double>(cells.count()));
-    std::optional<StudyCell> judged = cells.cell(i);
-    if (!judged) break;
-    record.cells.push_back(*std::move(judged));
+  try {
+    record.reference = cells.reference().info;
+    for (std::size_t i = 0; i < cells.count(); ++i) {
+      report(static_cast<double>(i) / static_cast<double>(cells.count()));
+      record.cells.push_back(cells.cell(i));
+    }
+  } catch (const internal::StudyInterrupted&) {
+    record.interrupted = true;
   }
   report(1);
   record.opencl_device = cells.opencl_device();
   internal::put_orders(record);
-  record.interrupted = record.cells.size() < cells.count();
   return record;
 }
 

@@ -19,14 +19,13 @@ class StudyCells {
   std::size_t count() const { return runs_.size(); }
   /// The record without its reference and cells.
   StudyRecord description() const;
-  /// Solved when it is first asked for. Throws RunFailure.
+  /// Solved when it is first asked for. Throws RunFailure and StudyInterrupted.
   const StudyReferenceRun& reference();
-  /// Without its order. Nothing: it was interrupted before its cost was known. Throws RunFailure.
-  std::optional<StudyCell> cell(std::size_t i);
+  /// Without its order. Throws RunFailure, and StudyInterrupted before its cost is known.
+  StudyCell cell(std::size_t i);
   const std::string& opencl_device() const { return opencl_device_; }  ///< of a cell so far; empty: none used one
 
  private:
-  bool interrupted() const { return control_.interrupted && *control_.interrupted; }
   double step_s() const { return period_s(scenario_.scene.step_rate); }
   void judge(const StudyRun& run, StudyCell& cell);
   void time(const StudyRun& run, StudyCell& cell) const;

@@ -175,11 +175,13 @@ void state_parts(const Scenario& scenario, const internal::CampaignId& id, const
       record.opencl_device = device;
   };
   const auto run = [&](std::int64_t item) -> std::string {
-    if (is_interrupted(options)) return {};
-    if (item == 0) return item_line(0, {{"reference", json_of(cells.reference().info)}});
-    const std::optional<StudyCell> cell = cells.cell(static_cast<std::size_t>(item - 1));
-    return cell ? item_line(item, json_of(*cell, cell->solver == name_of(SolverKind::opencl) ? cells.opencl_device() : ""))
-                : "";
+    try {
+      if (item == 0) return item_line(0, {{"reference", json_of(cells.reference().info)}});
+      const StudyCell cell = cells.cell(static_cast<std::size_t>(item - 1));
+      return item_line(item, json_of(cell, cell.solver == name_of(SolverKind::opencl) ? cells.opencl_device() : ""));
+    } catch (const internal::StudyInterrupted&) {
+      return {};
+    }
   };
   run_items(id, static_cast<std::int64_t>(cells.count()) + 1, "state", take, run, options, outcome, [&] {
     std::vector<StudyCell*> all;

@@ -11,10 +11,11 @@
 namespace evenstep::internal {
 namespace {
 
-StudyTrace run_reference(const Scenario& scenario, const StudyPlan& plan, Method method, int substeps) {
+StudyTrace run_reference(const Scenario& scenario, const StudyPlan& plan, Method method, int substeps,
+                         const std::atomic<bool>* interrupted) {
   const StudyStep step{substeps, 1};
   const auto solver = make_study_solver(scenario, {SolverKind::cpu_double, method, 0, step}, true);
-  StudyTrace trace = trace_of(*solver, scenario, plan, step);
+  StudyTrace trace = trace_of(*solver, scenario, plan, step, interrupted);
   if (trace.first_bad_sample >= 0) {
     throw RunFailure("diverged", fmt::format("the reference ({}, {} substeps) is not finite", name_of(method), substeps),
                      "a motion that the tissue can follow: see the scenario's hands");
@@ -35,10 +36,10 @@ void extrapolate(StudyTrace& coarse, const StudyTrace& fine, int order) {
 }
 
 StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, const ReferenceMethod& candidate,
-                               int substeps) {
-  StudyTrace first = run_reference(scenario, plan, candidate.method, substeps);
-  StudyTrace second = run_reference(scenario, plan, candidate.method, substeps * 2);
-  const StudyTrace third = run_reference(scenario, plan, candidate.method, substeps * 4);
+                               int substeps, const std::atomic<bool>* interrupted) {
+  StudyTrace first = run_reference(scenario, plan, candidate.method, substeps, interrupted);
+  StudyTrace second = run_reference(scenario, plan, candidate.method, substeps * 2, interrupted);
+  const StudyTrace third = run_reference(scenario, plan, candidate.method, substeps * 4, interrupted);
   const StudyValues step = rms(first, &second), next_step = rms(second, &third);
   extrapolate(first, second, candidate.order);
   extrapolate(second, third, candidate.order);
@@ -67,11 +68,12 @@ int coarsest_substeps(const Scenario& scenario, const ReferenceMethod& candidate
   return std::min(std::max(static_cast<int>(needed), finest_cell), kMaxSubsteps / 4);
 }
 
-StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest) {
+StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest,
+                                  const std::atomic<bool>* interrupted) {
   std::string reasons, remedy;
   for (const ReferenceMethod& candidate : kReferenceMethods) {
     try {
-      return extrapolated(scenario, plan, candidate, coarsest_substeps(scenario, candidate, finest));
+      return extrapolated(scenario, plan, candidate, coarsest_substeps(scenario, candidate, finest), interrupted);
     } catch (const SolverError& error) {
       reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", name_of(candidate.method), error.what());
       remedy = error.remedy();

@@ -37,13 +37,18 @@ class Tools {
 };
 
 /// Calls each(n, response) after every step of the solver along the motion, when n steps of the scene are done; false ends
-/// it.
+/// it. Throws StudyInterrupted.
 template <class Each>
-void run_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step, Each each) {
+void run_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,
+                 const std::atomic<bool>* interrupted, Each each) {
   Tools tools(scenario);
-  for (std::int64_t n = 0; n < plan.rest; n += step.steps) solver.step(tools.at(0));
+  const auto step_at = [&](std::int64_t n) {
+    if (interrupted && *interrupted) throw StudyInterrupted{};
+    return solver.step(tools.at(n));
+  };
+  for (std::int64_t n = 0; n < plan.rest; n += step.steps) step_at(0);
   for (std::int64_t n = step.steps; n <= plan.samples * plan.stride; n += step.steps) {
-    if (!each(n, solver.step(tools.at(n)))) return;
+    if (!each(n, step_at(n))) return;
   }
 }
 
@@ -84,9 +89,10 @@ std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyR
   return make_solver(run.solver, scene, options);
 }
 
-StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step) {
+StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,
+                    const std::atomic<bool>* interrupted) {
   StudyTrace trace;
-  run_through(solver, scenario, plan, step, [&](std::int64_t n, const ToolResponse& response) {
+  run_through(solver, scenario, plan, step, interrupted, [&](std::int64_t n, const ToolResponse& response) {
     if (n % plan.stride != 0) return true;
     ParticleState state = solver.particle_state();
     const double energy_J = solver.verdict().energy_J;
@@ -104,8 +110,9 @@ StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& p
   return trace;
 }
 
-void step_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step) {
-  run_through(solver, scenario, plan, step, [](std::int64_t, const ToolResponse&) { return true; });
+void step_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,
+                  const std::atomic<bool>* interrupted) {
+  run_through(solver, scenario, plan, step, interrupted, [](std::int64_t, const ToolResponse&) { return true; });
 }
 
 StudyValues rms(const StudyTrace& a, const StudyTrace* b) {

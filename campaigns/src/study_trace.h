@@ -2,6 +2,7 @@
 /// One run of a study's scene: the same instants and the same motion for every step, method and solver.
 
 #include <array>
+#include <atomic>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -40,9 +41,14 @@ struct StudyTrace {
   std::vector<double> energy_J;                            // samples
   std::int64_t first_bad_sample = -1;                      // first with a value that is not finite; the trace ends before
 };
-StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step);
+/// What a study throws between two steps once its `interrupted` is set. A reference can take minutes.
+struct StudyInterrupted {};
+/// Throws StudyInterrupted; without `interrupted` nothing ends it early.
+StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,
+                    const std::atomic<bool>* interrupted = nullptr);
 /// The same steps, but only the forces are read.
-void step_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step);
+void step_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,
+                  const std::atomic<bool>* interrupted);
 
 /// The rms of a - b for each quantity, in its SI unit; that of a if b is nullptr.
 StudyValues rms(const StudyTrace& a, const StudyTrace* b);
@@ -71,7 +77,9 @@ inline constexpr double kReferenceSafety = 2;
 /// The substeps of the coarsest run per step of the scene; the finest has four times as many. Throws RunFailure.
 int coarsest_substeps(const Scenario& scenario, const ReferenceMethod& method, int finest_cell);
 
-/// Throws RunFailure. `finest`: substeps per step of the scene in the finest cell; the reference is finer.
-StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest);
+/// Throws RunFailure and StudyInterrupted. `finest`: substeps per step of the scene in the finest cell; the reference is
+/// finer.
+StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest,
+                                  const std::atomic<bool>* interrupted = nullptr);
 
 }  // namespace evenstep::internal

@@ -112,24 +112,35 @@ std::string warning_of(const std::vector<std::string>& machines) {
       machines.size(), names);
 }
 
+namespace {
+
+std::string text_of(const StudyReference& reference) {
+  if (reference.method.empty()) return "none: it was interrupted\n\n";
+  const auto estimate = [&](StudyQuantity q) { return fmt::format("{:.2g}", reference.estimate[q]); };
+  return fmt::format(
+      "{}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: "
+      "position {:.2f}, force {:.2f}, energy {:.2f}\n"
+      "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
+      reference.method, internal::step_text(reference.coarsest_substep_s), reference.method_order,
+      reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
+      reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
+      estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
+      reference.scale[StudyQuantity::energy]);
+}
+
+}  // namespace
+
 std::string study_table(const StudyRecord& study) {
   const StudyReference& reference = study.reference;
-  const auto estimate = [&](StudyQuantity q) { return fmt::format("{:.2g}", reference.estimate[q]); };
   std::string out = fmt::format(
       "  machine      {}, load {:.2g}; {}{}\n"
       "  scene        {} particles, {:.6g} N/m; explicit limit {} in every configuration\n"
       "  motion       {:.6g} ms, {} samples, tools move every {}\n"
-      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: "
-      "position {:.2f}, force {:.2f}, energy {:.2f}\n"
-      "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
+      "  reference    {}",
       internal::machine_text(study.machine, study.cpus), study.load, study.compiler,
       study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles,
       study.stiffness_N_per_m, internal::step_text(study.step_limit_s), study.duration_s * 1e3, study.samples,
-      internal::step_text(study.step_s), reference.method, internal::step_text(reference.coarsest_substep_s),
-      reference.method_order, reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
-      reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
-      estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
-      reference.scale[StudyQuantity::energy]);
+      internal::step_text(study.step_s), text_of(reference));
   std::vector<internal::StudyRow> rows{
       {"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
   bool any_at_floor = false, any_backwards = false;

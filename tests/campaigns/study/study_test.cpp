@@ -175,14 +175,20 @@ TEST_CASE("A step that is not stable diverges where it is let start, and the cel
   CHECK(std::isnan(study.cells[2].order[StudyQuantity::position]));  // nothing to compare with
 }
 
-TEST_CASE("Interrupted before its first cell, a study has none and says so") {
-  const std::atomic<bool> interrupted{true};
+TEST_CASE("Interrupted in its reference or in a cell, a study has the cells before, and says what is missing") {
+  std::atomic<bool> interrupted{true};
   StudyControl control;
   control.interrupted = &interrupted;
-  const StudyRecord study = run_study(small_study(), control);
-  CHECK(study.cells.empty());
-  CHECK(study.interrupted);
-  CHECK_THAT(study_table(study), Contains("interrupted: cells are missing"));
+  const StudyRecord none = run_study(small_study(), control);
+  CHECK(none.cells.empty());
+  CHECK(none.interrupted);
+  CHECK_THAT(study_table(none), Contains("reference    none: it was interrupted") && Contains("cells are missing"));
+  interrupted = false;
+  control.progress = [&](double fraction) { interrupted = fraction > 0; };
+  const StudyRecord one = run_study(small_study(), control);
+  CHECK(one.cells.size() == 1);
+  CHECK(one.interrupted);
+  CHECK_THAT(study_table(one), Contains("reference    rk4") && Contains("cells are missing"));
 }
 
 TEST_CASE("A spring is refused") {
