@@ -2,13 +2,13 @@
 # distro_test.sh SOURCE_DIR BUILD_DIR RELEASE [COMPILER] : goes from a bare clone of the committed state to ./run.sh and
 # ./test.sh in a new Debian of this release (e.g. trixie), with its g++ or another compiler of it (e.g. clang++-19). Nothing
 # may be warned of, every test must pass, ctest must know the same tests as in BUILD_DIR, and the scenarios of the paper must
-# have the trace hashes that the program of BUILD_DIR gives them. Exit status 77 where such a Debian cannot be made.
+# have the trace hashes that the program of BUILD_DIR gives them. With its own compiler the Debian packages are made and tried,
+# too. Exit status 77 where such a Debian cannot be made.
 # EVENSTEP_TESTS='-L ^docs$' : arguments of ./test.sh, in place of all tests
 set -euo pipefail
 source_dir=$1 build_dir=$2 release=$3 compiler=${4-}
 source "$source_dir/tests/distro/new_debian.sh"
 
-trace_hashes() { grep -rho '"trace_hash":"[0-9a-f]*"' --include=summary.json "$1" | sort; }
 tests_of() { sed -nE 's/^ *Test +#[0-9]+: //p' | sort; }
 # timed COMMAND : in the clone; its output is in $work/log. The build before it may not warn.
 timed() {
@@ -30,6 +30,12 @@ quietly "$build_dir/apps/evenstep" run "$source_dir/scenarios/paper" --out "$wor
 trace_hashes "$work/runs" >"$work/hashes"
 [[ -s $work/hashes ]] || fail "no trace hashes"
 diff -- "$work/hashes" <(trace_hashes "$debian/srv/runs") || fail "other trace hashes (> $release)"
+
+if [[ ! $compiler ]]; then
+  quietly within apt-get install -y --no-install-recommends dpkg-dev
+  quietly within sh -c 'cd /srv/evenstep && cpack --config build/CPackConfig.cmake -B /packages'
+  try_packages
+fi
 
 timed "./test.sh ${EVENSTEP_TESTS-}"
 sed -n '/tests passed/,$p' "$work/log"

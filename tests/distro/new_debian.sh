@@ -4,6 +4,8 @@
 #                          status 77 where that cannot be made: it needs root, debootstrap, a network, and minutes
 #   within COMMAND...      runs a command in it
 #   quietly COMMAND...     whose output, $work/log, is shown only if it fails
+#   try_packages           installs the packages of evenstep that are in its folder /packages, uses and removes them
+#   trace_hashes FOLDER    the trace hash of each run below this folder, which may be outside of it
 skip() { printf 'skipped: %s\n' "$*"; exit 77; }
 fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
 quietly() { "$@" >"$work/log" 2>&1 || { tail -n 60 -- "$work/log"; fail "$*"; }; }
@@ -40,4 +42,33 @@ remove_debian() {
 
 within() {
   chroot "$debian" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"
+}
+
+trace_hashes() { (cd -- "$1" && grep -ro '"trace_hash":"[0-9a-f]*"' --include=summary.json . | LC_ALL=C sort); }
+
+try_packages() {
+  local package
+  ls -- "$debian"/packages/*.deb
+  for package in "$debian"/packages/*.deb; do
+    dpkg-deb --field "$package" Package Version Depends Recommends Installed-Size
+  done
+  # The packages' dependencies are installed first, so that after removal exactly what the packages brought must be gone.
+  quietly within sh -c 'apt-get install -y --no-install-recommends g++ cmake ninja-build ocl-icd-libopencl1 pocl-opencl-icd \
+    libhidapi-hidraw0 $(dpkg-deb --field /packages/evenstep_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g") \
+    $(dpkg-deb --field /packages/libevenstep-dev_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g")'
+  files_of_debian >"$work/before"
+  quietly within sh -c 'apt-get install -y /packages/*.deb'
+  quietly within sh -c 'cd /root && evenstep run scenarios/paper/figure-1.toml'
+  grep PASS "$work/log" || fail "Figure 1 has no verdict"
+  tar -C "$source_dir" -c examples/scheduler | within tar -C /root -x
+  quietly within sh -c 'cd ~/examples/scheduler && cmake -G Ninja -B build && cmake --build build &&
+    ctest --test-dir build'
+  quietly within apt-get purge -y evenstep libevenstep-dev
+  files_of_debian >"$work/after"
+  diff -- "$work/before" "$work/after" || fail "the packages leave files behind (> new)"
+  echo "installed, ran Figure 1, served a consumer, removed"
+}
+files_of_debian() {
+  local elsewhere='-path ./proc -o -path ./sys -o -path ./packages -o -path ./srv -o -path ./var -o -path ./root -o -path ./tmp'
+  (cd -- "$debian" && find . \( $elsewhere \) -prune -o -print | sort)
 }
