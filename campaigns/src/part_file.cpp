@@ -75,7 +75,7 @@ std::vector<std::string> complete_lines(const std::string& path) {
 
 }  // namespace
 
-PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
+PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), partial_(partial_of(file_)) {
   make_folder_of(file_);
   descriptor_ = open_alone(partial_, "--resume takes over its file");
   if (!resume && ::lseek(descriptor_, 0, SEEK_END) > 0) {

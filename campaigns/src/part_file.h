@@ -17,6 +17,7 @@ class PartFile {
   PartFile(const PartFile&) = delete;
   PartFile& operator=(const PartFile&) = delete;
 
+  static std::string partial_of(const std::string& file) { return file + ".partial"; }
   const std::string& partial() const { return partial_; }
   /// The lines that were kept, including the header.
   const std::vector<std::string>& kept() const { return kept_; }

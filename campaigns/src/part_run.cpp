@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "evenstep/reports/run_failure.h"
@@ -111,16 +114,26 @@ std::string file_of(std::string_view kind, const PartOptions& options) {
   return (std::filesystem::path(options.folder) / name).string();
 }
 
+/// A finished file that somebody has cut off afterwards, or that ended early, is gone on with like one that was never
+/// finished. Throws std::runtime_error.
+void take_up_again(const std::string& file, std::int64_t items) {
+  std::ifstream lines(file, std::ios::binary);
+  if (std::count(std::istreambuf_iterator<char>(lines), {}, '\n') < 1 + items)  // with the header
+    std::filesystem::rename(file, PartFile::partial_of(file));
+}
+
 /// Throws std::runtime_error.
 void run_or_keep(PartFormat& format, const RunItem& run, const PartOptions& options, PartOutcome& outcome) {
   Part part(format, options.shard);
   outcome.items = part.count();
   constexpr const char* kElsewhere = "remove it, or give another place with --out";
+  const bool may_go_on = options.complete_file.empty() && options.resume && std::filesystem::exists(outcome.file) &&
+                         !std::filesystem::exists(PartFile::partial_of(outcome.file));
+  if (may_go_on) take_up_again(outcome.file, part.count());
   if (!options.complete_file.empty()) {
     outcome.file = options.complete_file;
     part.keep_all(outcome.file, "its results need all of these as they were for the shards");
-  } else if (options.resume && !std::filesystem::exists(outcome.file + ".partial") &&
-             std::filesystem::exists(outcome.file)) {
+  } else if (may_go_on && std::filesystem::exists(outcome.file)) {
     part.keep_all(outcome.file, kElsewhere);
   } else {
     PartFile file(outcome.file, options.resume);

@@ -2,45 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <regex>
-#include <sstream>
 
-#include "../own_parts/parts.h"
-#include "cases.h"
 #include "catch.h"
-#include "program.h"
-#include "scenario_generator.h"
-#include "temporary_folder.h"
+#include "law_bench.h"
 
 using namespace evenstep;
 using namespace evenstep::testing;
 
 namespace {
-
-using Json = nlohmann::json;
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// The number after EVENSTEP_SEEDS, as "7" for one seed or "20000" for so many from 0 on; or `usual` seeds.
-struct Seeds {
-  std::uint64_t first = 0, end = 0;
-};
-Seeds seeds(std::uint64_t usual) {
-  if (const char* const one = std::getenv("EVENSTEP_SEED")) {
-    const std::uint64_t seed = std::stoull(one);
-    return {seed, seed + 1};
-  }
-  if (const char* const count = std::getenv("EVENSTEP_SEEDS")) return {0, std::stoull(count)};
-  return {0, share_of(usual)};
-}
 
 /// The rows of all segments but the last one, which the end of a run cuts.
 std::string whole_segments(const std::string& timing) {
@@ -48,42 +19,6 @@ std::string whole_segments(const std::string& timing) {
   const std::string last = timing.substr(last_row, timing.find(',', last_row) + 1 - last_row);  // "90,"
   return timing.substr(0, timing.find('\n' + last) + 1);
 }
-
-constexpr double kRichness = 0.05;
-
-/// Runs in a folder of its own.
-class Bench {
- public:
-  Bench() { write_recordings(folder_.path().string()); }
-  std::string path() const { return folder_.path().string(); }
-  std::string scenario() const { return folder_.path().string() + "/scenario.toml"; }
-  GeneratedScenario draw(std::uint64_t seed) const {
-    ScenarioGenerator generator(seed, folder_.path().string(), registry_);
-    GeneratedScenario drawn;
-    for (int attempt = 0; attempt < 8 && !drawn.is_valid; ++attempt) drawn = generator.scenario(kRichness);
-    return drawn;
-  }
-  Ended program(const std::vector<std::string>& arguments) const {
-    return run_program(arguments, folder_.path().string(), registry_, {.interrupt_after_s = 60, .end_after_s = 20});
-  }
-  /// `evenstep run` of a scenario text; `summary` is null if there is none.
-  struct Run {
-    Ended ended;
-    Json summary;
-  };
-  Run run(const std::string& toml, const std::string& out, std::vector<std::string> more = {}) const {
-    std::ofstream(scenario()) << toml;
-    std::vector<std::string> arguments{"run", "scenario.toml", "--out", out, "--allow-no-expectations"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    Run run{program(arguments), nullptr};
-    run.summary = Json::parse(content_of(folder_.path().string() + '/' + out + "/summary.json"), nullptr, false);
-    return run;
-  }
-
- private:
-  TemporaryFolder folder_;
-  Registry registry_ = own_parts::registry();
-};
 
 }  // namespace
 
@@ -136,12 +71,7 @@ TEST_CASE("No ring overruns, and what is predicted is what is counted, for every
     if (run.ended.exit_code > 1 || !run.summary.is_object()) continue;
     INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
     const bool gated = drawn.toml.find("\"gate\"") != std::string::npos;
-    // Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
-    const bool loses =
-        drawn.toml.find("[[device.faults]]") != std::string::npos || drawn.toml.find("unplug") != std::string::npos ||
-        drawn.toml.find("_at = ") != std::string::npos || drawn.toml.find("report_") != std::string::npos ||
-        drawn.toml.find("clock_rate") != std::string::npos || drawn.toml.find("[[device.events]]") != std::string::npos ||
-        drawn.toml.find("interrupt") != std::string::npos;
+    const bool loses = loses_or_varies(drawn.toml);
     for (const auto& [signal, metrics] : run.summary.at("metrics").items()) {
       // The reference has no sizing of its own: with a latency that is too small its forces are late, which nobody predicts.
       if (signal.find(".buffers.") == std::string::npos || signal.ends_with(".ideal")) continue;

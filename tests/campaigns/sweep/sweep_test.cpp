@@ -174,6 +174,16 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   CHECK(contents(small.run("part", {}, 2, true).file) == bytes);
 }
 
+TEST_CASE("A finished sweep that was cut off afterwards, in a line or between two, is resumed to the same bytes") {
+  const Small small(kPlain);
+  const std::string bytes = contents(small.run("whole").file);
+  for (const std::size_t kept : {bytes.size() - 1, bytes.rfind('\n', bytes.size() - 2) + 1, bytes.size() / 2}) {
+    small.folder.write("whole/sweep.jsonl", bytes.substr(0, kept));
+    INFO(kept << " of " << bytes.size() << " bytes");
+    CHECK(contents(small.run("whole", {}, 1, true).file) == bytes);
+  }
+}
+
 TEST_CASE("A sweep does not go on with lines of another one or with damaged ones") {
   const Small small(kPlain);
   const std::string bytes = contents(small.run("whole").file);

@@ -1,0 +1,290 @@
+// What must not change when a scenario is written or run in another way, and what must change in proportion.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <regex>
+
+#include "catch.h"
+#include "law_bench.h"
+
+using namespace evenstep;
+using namespace evenstep::testing;
+
+namespace {
+
+/// The metrics but for seconds of the processor.
+Json metrics_of(const Json& summary) {
+  Json metrics = summary.at("metrics");
+  for (auto& [signal, values] : metrics.items()) values.erase("solver_seconds");
+  return metrics;
+}
+std::vector<std::string> strategies_of(const Json& summary) {
+  std::vector<std::string> names;
+  for (const auto& [name, one] : summary.at("strategies").items()) names.push_back(name);
+  return names;
+}
+std::string list_of(const std::vector<std::string>& names) { return fmt::format("[\"{}\"]", fmt::join(names, "\", \"")); }
+
+std::string renamed(std::string text, const std::vector<std::pair<std::string, std::string>>& names) {
+  for (const auto& [from, to] : names) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+/// The first metric that differs, with both values; empty: none. `only` compares what both have.
+std::string difference(const Json& a, const Json& b, bool only_common = false) {
+  for (const auto& [signal, values] : a.items()) {
+    if (!b.contains(signal)) {
+      if (!only_common) return signal + " is missing";
+      continue;
+    }
+    for (const auto& [metric, value] : values.items()) {
+      if (!b.at(signal).contains(metric)) {
+        if (!only_common) return signal + ' ' + metric + " is missing";
+      } else if (b.at(signal).at(metric) != value) {
+        return fmt::format("{} {}: {} and {}", signal, metric, value.dump(), b.at(signal).at(metric).dump());
+      }
+    }
+  }
+  return !only_common && a.size() != b.size() ? "one has more signals" : "";
+}
+
+}  // namespace
+
+TEST_CASE("Neither what is kept, nor threads, nor the other strategies and their order change what a strategy does") {
+  const Bench bench;
+  const auto [first, end] = seeds(12);
+  int compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    const GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || drawn.root.has("case")) continue;
+    const Bench::Run run = bench.run(drawn.toml, "run");
+    if (run.ended.exit_code > 1 || !run.summary.is_object()) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    std::vector<std::string> names = strategies_of(run.summary);
+    const Json metrics = metrics_of(run.summary);
+
+    const Bench::Run kept = bench.run(drawn.toml, "kept", {"--set", "run.keep=\"summary\""});
+    INFO(kept.ended.text());
+    REQUIRE(kept.summary.is_object());
+    CHECK(kept.summary.at("trace_hash") == run.summary.at("trace_hash"));
+    CHECK(difference(metrics_of(kept.summary), metrics, true) == "");
+    for (const auto& [signal, values] : metrics.items())  // events are counted in the rows
+      CHECK((kept.summary.at("metrics").contains(signal) || signal.starts_with("events.")));
+
+    std::rotate(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(seed % names.size()), names.end());
+    std::reverse(names.begin(), names.end());
+    const Bench::Run turned =
+        bench.run(drawn.toml, "turned", {"--threads", "3", "--set", "run.strategies=" + list_of(names)});
+    INFO(turned.ended.text());
+    REQUIRE(turned.summary.is_object());
+    CHECK(difference(metrics, metrics_of(turned.summary)) == "");
+
+    // An expectation may be about a strategy that is not there then.
+    // The reference takes the latency of phase_locked, if that is there.
+    if (names.front() == "ideal") std::rotate(names.begin(), names.begin() + 1, names.end());
+    const std::string& one = names.front();
+    const Bench::Run alone =
+        bench.run(drawn.toml, "alone", {"--set", "run.strategies=" + list_of({one}), "--set", "expect=[]"});
+    INFO(alone.ended.text());
+    if (alone.ended.exit_code == 2) continue;  // the strategies of a sweep's or study's own
+    REQUIRE(alone.summary.is_object());
+    CHECK(alone.summary.at("strategies").at(one).at("trace_hash") == run.summary.at("strategies").at(one).at("trace_hash"));
+    Json others = metrics_of(alone.summary);
+    others.erase("run");
+    for (auto entry = others.begin(); entry != others.end();)
+      entry = entry.key().ends_with('.' + one) ? std::next(entry) : others.erase(entry);
+    CHECK(!others.empty());
+    CHECK(difference(others, metrics, true) == "");
+    ++compared;
+  }
+  std::cout << compared << " scenarios compared\n";
+  CHECK(compared > 0);
+}
+
+TEST_CASE("The names of devices change nothing but the names of their signals") {
+  const Bench bench;
+  const auto [first, end] = seeds(12);
+  int compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    const GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || drawn.root.has("case") || drawn.root.has("sweep")) continue;
+    const Bench::Run run = bench.run(drawn.toml, "run");
+    if (run.ended.exit_code > 1 || !run.summary.is_object()) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    const Bench::Run other = bench.run(renamed(drawn.toml, {{"name = \"left\"", "name = \"zeta\""},
+                                                            {"name = \"right\"", "name = \"alpha\""},
+                                                            {"\"left.", "\"zeta."},
+                                                            {"\"right.", "\"alpha."}}),
+                                       "other");
+    INFO(other.ended.text());
+    REQUIRE(other.summary.is_object());
+    Json expected;
+    const Json metrics = metrics_of(run.summary);
+    for (const auto& [signal, values] : metrics.items()) {
+      const std::string name = renamed('.' + signal, {{".left.", ".zeta."}, {".right.", ".alpha."}});
+      expected[name.substr(1)] = values;
+    }
+    CHECK(difference(expected, metrics_of(other.summary)) == "");
+    CHECK(other.ended.exit_code == run.ended.exit_code);
+    ++compared;
+  }
+  std::cout << compared << " scenarios compared\n";
+  CHECK(compared > 0);
+}
+
+TEST_CASE("With nothing lost, the least latency and lead miss nothing, and one nanosecond less does") {
+  const Bench bench;
+  const auto [first, end] = seeds(20);
+  int compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || drawn.root.has("case") || drawn.root.has("sweep") || loses_or_varies(drawn.toml)) continue;
+    const std::vector<std::string> least{
+        "--set", "run.strategies=[\"phase_locked\"]", "--set", "remap.latency=\"minimal-this-phase\"",
+        "--set", "remap.lead=\"minimal-this-phase\"", "--set", "expect=[]"};
+    const Bench::Run run = bench.run(drawn.toml, "run", least);
+    if (run.ended.exit_code > 1 || !run.summary.is_object()) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml << run.ended.text());
+    std::int64_t late = 0, missing = 0, latency_ns = 0, lead_ns = 0;
+    const auto count = [&](const Json& summary) {
+      late = missing = 0;
+      for (const auto& [signal, metrics] : summary.at("metrics").items()) {
+        if (signal.find(".buffers.") == std::string::npos) continue;
+        late += metrics.at("force_underruns").get<std::int64_t>();
+        missing += metrics.at("interaction_underruns").get<std::int64_t>();
+        latency_ns = std::llround(metrics.at("latency").get<double>() * 1e9);
+        lead_ns = std::llround(metrics.at("lead").get<double>() * 1e9);
+      }
+    };
+    count(run.summary);
+    CHECK(late == 0);
+    CHECK(missing == 0);
+    const std::int64_t least_latency_ns = latency_ns, least_lead_ns = lead_ns;
+    const auto with = [&](std::int64_t latency, std::int64_t lead) {
+      std::vector<std::string> more{least};
+      more[3] = fmt::format("remap.latency=\"{} ns\"", latency);
+      more[5] = fmt::format("remap.lead=\"{} ns\"", lead);
+      const Bench::Run one = bench.run(drawn.toml, "less", more);
+      INFO(one.ended.text());
+      if (one.ended.exit_code == 2) return false;  // a latency of less than nothing
+      REQUIRE(one.summary.is_object());
+      count(one.summary);
+      return true;
+    };
+    if (with(least_latency_ns - 1, least_lead_ns)) {
+      CHECK(late > 0);
+      ++compared;
+    }
+    if (with(least_latency_ns + 1'000'000, least_lead_ns - 1)) CHECK(missing > 0);
+  }
+  std::cout << compared << " scenarios compared\n";
+  CHECK(compared > 0);
+}
+
+TEST_CASE("A recording that begins at another time is the same recording") {
+  const Bench bench;
+  const auto [first, end] = seeds(8);
+  int compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    const GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || !drawn.root.has("timing")) continue;
+    if (bench.run(drawn.toml, "run").ended.exit_code > 1) continue;
+    std::istringstream rows(content_of(bench.path() + "/run/timing.csv"));
+    std::string line, moved;
+    for (int row = 0; std::getline(rows, line); ++row) {
+      std::smatch cells;
+      if (!std::regex_match(line, cells, std::regex("(.*),(-?[0-9]+),(-?[0-9]+)"))) {
+        moved += line + '\n';
+        continue;
+      }
+      constexpr std::int64_t kBy_ns = 1'234'567'891;
+      moved += fmt::format("{},{},{}\n", cells[1].str(), std::stoll(cells[2]) + kBy_ns, std::stoll(cells[3]) + kBy_ns);
+    }
+    if (std::count(moved.begin(), moved.end(), '\n') < 3) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    std::ofstream(bench.path() + "/here.csv") << content_of(bench.path() + "/run/timing.csv");
+    std::ofstream(bench.path() + "/there.csv") << moved;
+    const std::string scene = "\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n";
+    const Bench::Run here = bench.run("format = 1\n[timing]\ntrace = \"here.csv" + scene, "here");
+    const Bench::Run there = bench.run("format = 1\n[timing]\ntrace = \"there.csv" + scene, "there");
+    INFO(here.ended.text() << there.ended.text());
+    CHECK(here.ended.exit_code == there.ended.exit_code);
+    if (!here.summary.is_object()) continue;
+    CHECK(difference(metrics_of(here.summary), metrics_of(there.summary)) == "");
+    ++compared;
+  }
+  std::cout << compared << " recordings compared\n";
+  CHECK(compared > 0);
+}
+
+TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored hand the mirrored force, bit for bit") {
+  const Bench bench;
+  const auto [first, end] = seeds(16);
+  int compared = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid || !drawn.root.has("scene")) continue;
+    ScenarioTable& scene = drawn.root.find("scene")->tables.front();
+    // A limit, a motor or a wall does not know that the forces are meant to be twice as large.
+    const ScenarioTable::Entry* const kind = scene.find("kind");
+    const bool is_spring = kind && kind->toml == "\"spring\"";
+    if (!is_spring || drawn.root.has("expect_stop") || drawn.root.has("source") || drawn.root.has("guard")) continue;
+    for (ScenarioTable* device : tables_at(drawn.root, "device")) {
+      for (const char* const key : {"render", "faults", "events", "pid", "evdev", "inverse3", "foreign", "driver", "guard"})
+        device->erase(key);
+      device->erase("motion");
+      device->set("motion", "{ kind = \"constant-velocity\", velocity = [\"0.05 m/s\", \"-0.02 m/s\", \"0 m/s\"] }");
+    }
+    drawn.root.erase("expect");
+    scene.set("stiffness", "\"150 N/m\"");
+    const std::string toml = to_text(drawn.root).toml;
+    scene.set("stiffness", "\"300 N/m\"");
+    const std::string doubled = to_text(drawn.root).toml;
+    const std::string mirrored = renamed(toml, {{"\"0.05 m/s\", \"-0.02 m/s\"", "\"-0.05 m/s\", \"0.02 m/s\""}});
+    const Bench::Run run = bench.run(toml, "run");
+    if (run.ended.exit_code != 0 || !run.summary.is_object()) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << toml);
+    const Bench::Run other = bench.run(mirrored, "mirrored"), twice = bench.run(doubled, "doubled");
+    REQUIRE(other.summary.is_object());
+    CHECK(difference(metrics_of(run.summary), metrics_of(other.summary)) == "");
+    REQUIRE(twice.summary.is_object());
+    Json expected = metrics_of(run.summary), seen = metrics_of(twice.summary);
+    const auto is_force = [](const std::string& metric) {
+      static const std::vector<std::string> names{
+          "velocity_jump", "deviation_max", "deviation_rms",        "jump_max",           "rise_max",   "error_max",
+          "error_rms",     "error_at_stop", "deviation_from_ideal", "residual_20_500_hz", "ghost_force"};
+      return std::find(names.begin(), names.end(), metric) != names.end();
+    };
+    for (Json* metrics : {&expected, &seen}) {
+      for (auto entry = metrics->begin(); entry != metrics->end();) {
+        const bool is_signal =
+            entry.key().find(".force.") != std::string::npos || entry.key().find(".interaction.") != std::string::npos;
+        entry = is_signal ? std::next(entry) : metrics->erase(entry);
+      }
+      for (auto& [signal, values] : metrics->items()) {
+        if (signal.find(".force.") == std::string::npos) continue;
+        for (auto value = values.begin(); value != values.end();) {
+          // A growth is judged against the error's own spread, motors have a report's digits, and cuts a limit in N.
+          const std::string& metric = value.key();
+          const bool left_out = metric.find("growth") != std::string::npos || metric.starts_with("motors") ||
+                                metric.starts_with("clamped") || metric.starts_with("slewed") ||
+                                metric.starts_with("saturated") || metric == "straight" || metric == "felt";
+          if (left_out) {
+            value = values.erase(value);
+            continue;
+          }
+          if (metrics == &expected && is_force(metric)) *value = 2 * value->get<double>();
+          ++value;
+        }
+      }
+    }
+    CHECK(difference(expected, seen) == "");
+    ++compared;
+  }
+  std::cout << compared << " scenarios compared\n";
+  CHECK(compared > 0);
+}
