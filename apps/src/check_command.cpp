@@ -372,6 +372,12 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
 
 }  // namespace
 
+Diagnostic refusal_of(const Scenario& scenario, const SolverError& error) {
+  const Place& place = scenario.scene_place;
+  return {place.file.empty() ? scenario.file : place.file, place.line, place.column,
+          std::string(error.what()) + "; " + error.remedy()};
+}
+
 std::string stability_lines(const Scenario& scenario) {
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
   if (tissue == nullptr) return "";
@@ -460,9 +466,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
       print(errors);
       return code;
     } catch (const SolverError& error) {
-      const Place& place = read->scene_place;
-      errors = {{place.file.empty() ? file : place.file, place.line, place.column,
-                 std::string(error.what()) + "; " + error.remedy()}};
+      errors = {refusal_of(*read, error)};
     } catch (const RunFailure& failure) {  // of a map that the program registers
       errors = {{file, 0, 0, std::string(failure.what()) + "; " + failure.remedy}};
     }

@@ -162,15 +162,6 @@ bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
   return !arguments.include_long && contains(scenario.tags, "long") && !contains(arguments.paths, scenario.file);
 }
 
-void print_limits(const Scenario& scenario) {
-  try {
-    fmt::print("{}{}", stability_lines(scenario), rendering_lines(scenario));
-  } catch (const SolverError&) {
-    return;  // the run itself will stop for the same reason and report it
-  }
-  std::fflush(stdout);
-}
-
 /// Parses "left=/dev/hidraw0", or just the path.
 LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
   LiveDeviceOptions options;
@@ -248,14 +239,14 @@ RunOptions options_of(const Call& call) {
 }
 
 /// What is said before a run.
-void introduce(const Scenario& scenario, const RunArguments& arguments) {
+void introduce(const Scenario& scenario, const std::string& limits, const RunArguments& arguments) {
   fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed,
              arguments.clock);
   if (arguments.clock == "wall")
     fmt::print("runs for {:.3g} s; Ctrl-C ends it earlier and keeps what was recorded until then\n",
                seconds(scenario.run_duration));
+  fmt::print("{}", limits);
   std::fflush(stdout);
-  if (!scenario.case_spec) print_limits(scenario);
 }
 
 /// Writes the run folder, and keeps the summary for --json.
@@ -331,7 +322,13 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   RunOptions options = options_of(call);
   const std::vector<Diagnostic> missing = missing_in_build(scenario, options.clock, options.devices.bindings);
   if (!missing.empty()) return refuse(file, missing, folder, call);
-  if (!arguments.json) introduce(scenario, arguments);
+  std::string limits;
+  try {
+    if (!scenario.case_spec) limits = stability_lines(scenario) + rendering_lines(scenario);
+  } catch (const SolverError& error) {
+    return refuse(file, {refusal_of(scenario, error)}, folder, call);
+  }
+  if (!arguments.json) introduce(scenario, limits, arguments);
   RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
