@@ -1,5 +1,6 @@
-# For CMAKE_TOOLCHAIN_FILE: arm64 from another machine, by Debian's cross compiler. It needs the packages g++-aarch64-linux-gnu
-# and qemu-user, and the libraries of that architecture (`dpkg --add-architecture arm64`, then NAME:arm64).
+# For CMAKE_TOOLCHAIN_FILE: arm64 from another machine, by Debian's cross compiler. It needs the packages
+# g++-aarch64-linux-gnu and qemu-user, and the libraries of that architecture (`dpkg --add-architecture arm64`, then
+# NAME:arm64).
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

@@ -195,7 +195,7 @@ TEST_CASE("A recording that begins at another time is the same recording") {
     if (bench.run(drawn.toml, "run").ended.exit_code > 1) continue;
     std::istringstream rows(content_of(bench.path() + "/run/timing.csv"));
     std::string line, moved;
-    for (int row = 0; std::getline(rows, line); ++row) {
+    while (std::getline(rows, line)) {
       std::smatch cells;
       if (!std::regex_match(line, cells, std::regex("(.*),(-?[0-9]+),(-?[0-9]+)"))) {
         moved += line + '\n';

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # arm64_test.sh SOURCE_DIR BUILD_DIR : cross-compiles the committed state for arm64 in a new Debian 12, and runs it there in
 # an emulator. The tests of what computes must pass, and the scenarios of the paper and of timing, on the cpu solver, must
-# have the trace hashes that the program of BUILD_DIR gives them on this machine. Exit status 77 where such a Debian cannot be
-# made.
+# have the trace hashes that the program of BUILD_DIR gives them on this machine. Exit status 77 where such a Debian cannot
+# be made.
 # EVENSTEP_SCENARIOS=paper/ties.toml : these scenarios, in place of all
 set -euo pipefail
 source_dir=$1 build_dir=$2
 source "$source_dir/tests/distro/new_debian.sh"
 scenarios=(${EVENSTEP_SCENARIOS-paper timing})
-on_cpu=(run --set scene.solver=cpu-float)
+on_cpu=(run --set scene.solver=cpu)
 rooms=(clock remap scheduler text format sim)
 
 new_debian bookworm
@@ -43,7 +43,8 @@ awk '/^[0-9]+\/[0-9]+ Testing: / { name = $0; is_opencl = 0 }
 echo "tests: $((SECONDS - start)) s"
 
 start=$SECONDS
-quietly within sh -c "cd /srv/evenstep/scenarios && qemu-aarch64 ../build/apps/evenstep ${on_cpu[*]} ${scenarios[*]} --out /srv/runs"
+quietly within sh -c "cd /srv/evenstep/scenarios &&
+  qemu-aarch64 ../build/apps/evenstep ${on_cpu[*]} ${scenarios[*]} --out /srv/runs"
 (cd -- "$source_dir/scenarios" && quietly "$build_dir/apps/evenstep" "${on_cpu[@]}" "${scenarios[@]}" --out "$work/runs")
 trace_hashes "$work/runs" >"$work/hashes"
 diff -- "$work/hashes" <(trace_hashes "$debian/srv/runs") || fail "other trace hashes (> arm64)"

@@ -2,8 +2,8 @@
 # distro_test.sh SOURCE_DIR BUILD_DIR RELEASE [COMPILER] : goes from a bare clone of the committed state to ./run.sh and
 # ./test.sh in a new Debian of this release (e.g. trixie), with its g++ or another compiler of it (e.g. clang++-19). Nothing
 # may be warned of, every test must pass, ctest must know the same tests as in BUILD_DIR, and the scenarios of the paper must
-# have the trace hashes that the program of BUILD_DIR gives them. With its own compiler the Debian packages are made and tried,
-# too. Exit status 77 where such a Debian cannot be made.
+# have the trace hashes that the program of BUILD_DIR gives them. With its own compiler the Debian packages are made and
+# tried, too. Exit status 77 where such a Debian cannot be made.
 # EVENSTEP_TESTS='-L ^docs$' : arguments of ./test.sh, in place of all tests
 set -euo pipefail
 source_dir=$1 build_dir=$2 release=$3 compiler=${4-}

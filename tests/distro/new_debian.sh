@@ -69,6 +69,7 @@ try_packages() {
   echo "installed, ran Figure 1, served a consumer, removed"
 }
 files_of_debian() {
-  local elsewhere='-path ./proc -o -path ./sys -o -path ./packages -o -path ./srv -o -path ./var -o -path ./root -o -path ./tmp'
-  (cd -- "$debian" && find . \( $elsewhere \) -prune -o -print | sort)
+  local folder elsewhere=()
+  for folder in packages proc root srv sys tmp; do elsewhere+=(-path "./$folder" -o); done
+  (cd -- "$debian" && find . \( "${elsewhere[@]}" -path ./var \) -prune -o -print | sort)
 }

@@ -167,7 +167,8 @@ TEST_CASE("one writer and one reader: a reading far back is on the line, or says
   CHECK(wrong == 0);
   // The writer has ended, so the whole ring can be read.
   const std::int64_t before = inside;
-  for (back = 1; back < kCapacity - 1;) read();
+  back = 1;
+  while (back < kCapacity - 1) read();
   CHECK(inside - before >= 2 * (kCapacity - 3));
   CHECK(wrong == 0);
 }

@@ -51,9 +51,9 @@ TEST_CASE("A free block falls by g h^2 n (n + 1) / 2, by n^2 in velocity Verlet,
       block.substeps = 2;
       const Scene scene = scene_of(block, 1e-3, true);
       const auto solver = make_solver(kind, scene);
-      constexpr int kSteps = 100;
-      for (int n = 0; n < kSteps; ++n) step(*solver, 0, {});
-      const double h = period_s(scene.step_rate) / 2, n = 2 * kSteps;
+      constexpr int kFallSteps = 100;
+      for (int n = 0; n < kFallSteps; ++n) step(*solver, 0, {});
+      const double h = period_s(scene.step_rate) / 2, n = 2 * kFallSteps;
       const double turns = method == Method::velocity_verlet ? n * n : n * (n + 1);
       // In 200 sums the g of the step keeps its rounding: at most 6e-8 on each side in float, 200 times 1e-16 in double.
       const double close = kind == SolverKind::cpu_double ? 1e-13 : 1e-5;

@@ -45,8 +45,8 @@ Graph graph_of(const TissueScene& scene) {
   std::vector<double> stiffness;
   std::vector<int> held_by(scene.tools.size(), 0);
   std::vector<int> holder;
-  const auto at_of = [&, nx = nx, ny = ny](std::int64_t site) {
-    return glm::dvec3(site % nx, site / nx % ny, site / nx / ny);
+  const auto at_of = [width = nx, height = ny](std::int64_t site) {
+    return glm::dvec3(site % width, site / width % height, site / width / height);
   };
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
     const glm::dvec3 at = at_of(site), at_m = at * scene.spacing_m;

@@ -16,8 +16,8 @@ struct Spring {
 std::vector<Spring> springs_of(const TissueScene& scene) {
   const auto [nx, ny, nz] = scene.lattice;
   std::vector<Spring> springs;
-  const auto site = [nx = nx, ny = ny](int x, int y, int z) {
-    return x + static_cast<std::int64_t>(nx) * (y + static_cast<std::int64_t>(ny) * z);
+  const auto site = [width = nx, height = ny](int x, int y, int z) {
+    return x + static_cast<std::int64_t>(width) * (y + static_cast<std::int64_t>(height) * z);
   };
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
