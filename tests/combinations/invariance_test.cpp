@@ -234,7 +234,8 @@ TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored
     const bool is_spring = kind && kind->toml == "\"spring\"";
     if (!is_spring || drawn.root.has("expect_stop") || drawn.root.has("source") || drawn.root.has("guard")) continue;
     for (ScenarioTable* device : tables_at(drawn.root, "device")) {
-      for (const char* const key : {"render", "faults", "events", "pid", "evdev", "inverse3", "foreign", "driver", "guard"})
+      for (const char* const key : {"render", "force_limit", "slew_limit", "unplug", "returns", "faults", "events", "pid",
+                                    "evdev", "inverse3", "foreign", "driver", "guard"})
         device->erase(key);
       device->erase("motion");
       device->set("motion", "{ kind = \"constant-velocity\", velocity = [\"0.05 m/s\", \"-0.02 m/s\", \"0 m/s\"] }");
