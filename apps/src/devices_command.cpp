@@ -1,5 +1,6 @@
 // evenstep devices
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 #include <spdlog/spdlog.h>
 
 #include <algorithm>

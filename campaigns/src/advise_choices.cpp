@@ -1,6 +1,7 @@
 #include "advise_choices.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <iterator>

@@ -1,6 +1,7 @@
 #include "evenstep/campaigns/study_parts.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 #include "make_driver.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <functional>
 #include <numeric>

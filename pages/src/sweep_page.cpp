@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/pages/page.h"

@@ -1,6 +1,7 @@
 #include "evenstep/plugins/process_solver.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 #include <sys/stat.h>
 #include <unistd.h>
 

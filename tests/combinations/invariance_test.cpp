@@ -1,5 +1,6 @@
 // What must not change when a scenario is written or run in another way, and what must change in proportion.
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <iostream>
@@ -238,14 +239,14 @@ TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored
                                     "evdev", "inverse3", "foreign", "driver", "guard"})
         device->erase(key);
       device->erase("motion");
-      device->set("motion", "{ kind = \"constant-velocity\", velocity = [\"0.05 m/s\", \"-0.02 m/s\", \"0 m/s\"] }");
+      device->set("motion", "{ kind = \"constant-velocity\", velocity = [\"0.005 m/s\", \"-0.002 m/s\", \"0 m/s\"] }");
     }
     drawn.root.erase("expect");
     scene.set("stiffness", "\"150 N/m\"");
     const std::string toml = to_text(drawn.root).toml;
     scene.set("stiffness", "\"300 N/m\"");
     const std::string doubled = to_text(drawn.root).toml;
-    const std::string mirrored = renamed(toml, {{"\"0.05 m/s\", \"-0.02 m/s\"", "\"-0.05 m/s\", \"0.02 m/s\""}});
+    const std::string mirrored = renamed(toml, {{"\"0.005 m/s\", \"-0.002 m/s\"", "\"-0.005 m/s\", \"0.002 m/s\""}});
     const Bench::Run run = bench.run(toml, "run");
     if (run.ended.exit_code != 0 || !run.summary.is_object()) continue;
     INFO("EVENSTEP_SEED=" << seed << '\n' << toml);

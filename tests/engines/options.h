@@ -3,6 +3,7 @@
 // error.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <glm/vec3.hpp>
 #include <initializer_list>

@@ -1,5 +1,6 @@
 // --set path=value
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <charconv>

@@ -1,5 +1,6 @@
 // [[expect]] and [expect_stop]
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 

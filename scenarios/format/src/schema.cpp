@@ -1,5 +1,6 @@
 // JSON Schema for editors, from the field table. Draft-04: the newest that Taplo reads.
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "evenstep/campaigns/advise.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 #include <unistd.h>
 
 #include <algorithm>
