@@ -32,7 +32,7 @@ trace_hashes "$work/runs" >"$work/hashes"
 diff -- "$work/hashes" <(trace_hashes "$debian/srv/runs") || fail "other trace hashes (> $release)"
 
 if [[ ! $compiler ]]; then
-  quietly within apt-get install -y --no-install-recommends dpkg-dev
+  quietly within apt-get install -y --no-install-recommends dpkg-dev file
   quietly within sh -c 'cd /srv/evenstep && cpack --config build/CPackConfig.cmake -B /packages'
   try_packages
 fi
