@@ -30,7 +30,7 @@ const std::string kNeverLate = "[[expect]]\nsignal = \"*.force.phase_locked\"\nm
 TEST_CASE("A sweep in shards, in one go, on other threads, or cut off in a line and resumed, has the same lines") {
   const Bench bench;
   const auto [first, end] = seeds(6);
-  int compared = 0;
+  std::uint64_t compared = 0;
   for (std::uint64_t seed = first; seed < end; ++seed) {
     const auto drawn = plain(bench, seed);
     if (!drawn) continue;
@@ -66,13 +66,13 @@ TEST_CASE("A sweep in shards, in one go, on other threads, or cut off in a line 
     ++compared;
   }
   std::cout << compared << " sweeps compared\n";
-  CHECK(compared > 0);
+  CHECK(is_enough(compared));
 }
 
 TEST_CASE("What fails is shrunk to what still fails, and two runs of it do not differ") {
   const Bench bench;
   const auto [first, end] = seeds(10);
-  int shrunk = 0;
+  std::uint64_t shrunk = 0;
   for (std::uint64_t seed = first; seed < end; ++seed) {
     const auto drawn = plain(bench, seed);
     if (!drawn || drawn->root.has("source")) continue;  // shrink takes the timing apart, not what is lost
@@ -99,13 +99,13 @@ TEST_CASE("What fails is shrunk to what still fails, and two runs of it do not d
     ++shrunk;
   }
   std::cout << shrunk << " scenarios shrunk\n";
-  CHECK(shrunk > 0);
+  CHECK(is_enough(shrunk));
 }
 
 TEST_CASE("A live run of a drawn scenario with simulated devices, recorded, is replayed to the same hash") {
   const Bench bench;
   const auto [first, end] = seeds(6);
-  int replayed = 0;
+  std::uint64_t replayed = 0;
   for (std::uint64_t seed = first; seed < end; ++seed) {
     const auto drawn = plain(bench, seed);
     if (!drawn) continue;
@@ -131,5 +131,5 @@ TEST_CASE("A live run of a drawn scenario with simulated devices, recorded, is r
     fs::remove(bench.path() + "/live.inputs");
   }
   std::cout << replayed << " live runs replayed\n";
-  CHECK(replayed > 0);
+  CHECK(is_enough(replayed));
 }

@@ -38,6 +38,9 @@ inline Seeds seeds(std::uint64_t usual) {
   return {0, share_of(usual)};
 }
 
+/// Whether so many scenarios were there to be judged. One seed, and the few of a sanitized build, may have none.
+inline bool is_enough(std::uint64_t judged) { return judged > 0 || kSanitized || std::getenv("EVENSTEP_SEED"); }
+
 /// Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
 inline bool loses_or_varies(const std::string& toml) {
   for (const char* const part :
