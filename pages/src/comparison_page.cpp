@@ -22,7 +22,8 @@ Html notes_of(const ComparisonRecord& record) {
   for (const ComparedRun& run : record.runs) {
     for (const std::string& note : run.notes) rows.push_back({run.name, note});
   }
-  return rows.empty() ? Html() : table("Why two runs are not the same thing measured twice", {{"run"}, {"note"}}, rows);
+  if (rows.empty()) return {};
+  return table("Why two runs are not the same thing measured twice", {{"run"}, {"note"}}, rows);
 }
 
 Html figures_of(const ComparisonRecord& record) {

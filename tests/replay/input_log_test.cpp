@@ -1,5 +1,7 @@
 // The file of a recording: what is read from a file that was cut or changed anywhere, or whose writer was killed.
 
+#include <unistd.h>
+
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

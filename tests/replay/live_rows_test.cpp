@@ -3,6 +3,8 @@
 
 #include "src/live_rows.h"
 
+#include <unistd.h>
+
 #include <sys/resource.h>
 #include <sys/wait.h>
 

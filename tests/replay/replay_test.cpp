@@ -1,6 +1,8 @@
 // A live run, its recording, and the replay of it. Nothing here asserts how late a machine is. On any machine the replay
 // must be the run, bit for bit, also that of a run that was killed.
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <csignal>

@@ -3,6 +3,8 @@
 
 #include "evenstep/campaigns/cost.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
