@@ -375,8 +375,7 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
 
 Diagnostic refusal_of(const Scenario& scenario, const SolverError& error) {
   const Place& place = scenario.scene_place;
-  return {place.file.empty() ? scenario.file : place.file, place.line, place.column,
-          std::string(error.what()) + "; " + error.remedy()};
+  return {place.file, place.line, place.column, std::string(error.what()) + "; " + error.remedy()};
 }
 
 std::string stability_lines(const Scenario& scenario) {

@@ -31,7 +31,7 @@ std::filesystem::path default_place();
 /// Lines about the stability of a tissue: method and substeps; longest stable substep, largest stiffness and the particle
 /// that sets them. Empty for a spring. Throws SolverError for a scene that no solver accepts.
 std::string stability_lines(const Scenario& scenario);
-/// What it threw, at the place of the scene in the file.
+/// What such a SolverError says, at the place of the scene in the file.
 Diagnostic refusal_of(const Scenario& scenario, const SolverError& error);
 /// Lines with alpha, alpha* and the laws for the devices that render locally, per strategy; empty if there is none.
 std::string rendering_lines(const Scenario& scenario);

@@ -114,12 +114,16 @@ std::string file_of(std::string_view kind, const PartOptions& options) {
   return (std::filesystem::path(options.folder) / name).string();
 }
 
-/// A finished file that somebody has cut off afterwards, or that ended early, is gone on with like one that was never
-/// finished. Throws std::runtime_error.
-void take_up_again(const std::string& file, std::int64_t items) {
+/// Whether a finished file has all points. One that has not (somebody has cut it off afterwards, or it stopped early) gets
+/// the name of an unfinished one, if it is of this campaign, so that it is gone on with. Throws std::runtime_error.
+bool has_all_points(Part& part, const std::string& file, const char* remedy) {
   std::ifstream lines(file, std::ios::binary);
-  if (std::count(std::istreambuf_iterator<char>(lines), {}, '\n') < 1 + items)  // with the header
-    std::filesystem::rename(file, PartFile::partial_of(file));
+  std::string header;
+  std::getline(lines, header);
+  if (std::count(std::istreambuf_iterator<char>(lines), {}, '\n') >= part.count()) return true;
+  part.keep(header, 1, file, remedy);
+  std::filesystem::rename(file, PartFile::partial_of(file));
+  return false;
 }
 
 /// Throws std::runtime_error.
@@ -127,13 +131,11 @@ void run_or_keep(PartFormat& format, const RunItem& run, const PartOptions& opti
   Part part(format, options.shard);
   outcome.items = part.count();
   constexpr const char* kElsewhere = "remove it, or give another place with --out";
-  const bool may_go_on = options.complete_file.empty() && options.resume && std::filesystem::exists(outcome.file) &&
-                         !std::filesystem::exists(PartFile::partial_of(outcome.file));
-  if (may_go_on) take_up_again(outcome.file, part.count());
   if (!options.complete_file.empty()) {
     outcome.file = options.complete_file;
     part.keep_all(outcome.file, "its results need all of these as they were for the shards");
-  } else if (may_go_on && std::filesystem::exists(outcome.file)) {
+  } else if (options.resume && !std::filesystem::exists(PartFile::partial_of(outcome.file)) &&
+             std::filesystem::exists(outcome.file) && has_all_points(part, outcome.file, kElsewhere)) {
     part.keep_all(outcome.file, kElsewhere);
   } else {
     PartFile file(outcome.file, options.resume);

@@ -421,6 +421,16 @@ case_check_fails_what_cannot_start() {
   expect 0 "expectations" check "$tissue" --set scene.substeps=1 --set scene.allow_unstable=true
   expect 0 "expectations" check "$source_dir/scenarios/extreme/unstable-step.toml"
 }
+case_run_refuses_the_scene_that_check_refuses() {
+  local tissue=$source_dir/scenarios/paper/figure-1.toml command
+  local wide='{ center = ["0 mm", "0 mm", "20 mm"], radius = "40 mm" }'
+  for command in check run; do
+    expect 2 "tool 0 holds no particle that can move" "$command" "$tissue" \
+      --set 'device.left.grab.center=["9 m", "0 m", "0 m"]'
+    grep -qE 'figure-1.toml:[0-9]+:[0-9]+: error' err || fail "no place: $command"
+    expect 2 "both hold the particle" "$command" "$tissue" --set "device.left.grab=$wide" --set "device.right.grab=$wide"
+  done
+}
 case_check_and_run_say_what_step_and_stiffness_are_stable() {
   local tissue=$source_dir/scenarios/paper/figure-1.toml
   expect 0 "ms in every configuration" check "$tissue"
@@ -612,6 +622,7 @@ case_a_mistyped_command_or_option_gets_a_suggestion() {
   expect 2 "run has no option '--sed'; did you mean '--seed'?" run x.toml --sed 3
   expect 2 "run has no option '--sed'; did you mean '--seed'?" run x.toml --sed=3
   expect 0 "version information" help
+  grep -qi "^subcommands:" out || fail "no 'Subcommands:': evenstep help"   # CLI11 2.6 writes it in capitals
   expect 0 "--permute-ties" help run
   expect 2 "--seed: '-1' is no seed; write a whole number from 0 to 9223372036854775807" run x.toml --seed -1
   expect 2 "--seed: '9223372036854775808' is no seed" run x.toml --seed 9223372036854775808

@@ -14,13 +14,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A drawn scenario without what asks for an end of its own.
-std::optional<GeneratedScenario> plain(const Bench& bench, std::uint64_t seed) {
-  GeneratedScenario drawn = bench.draw(seed);
-  if (!drawn.is_valid || drawn.root.has("case") || drawn.root.has("expect_stop")) return std::nullopt;
+/// Leaves out what asks for an end of its own. False for a scenario that is about such an end.
+bool make_plain(GeneratedScenario& drawn) {
+  if (drawn.root.has("case") || drawn.root.has("expect_stop")) return false;
   for (const char* const key : {"expect", "sometimes", "sweep", "study", "recovery"}) drawn.root.erase(key);
   drawn.toml = to_text(drawn.root).toml;
-  return drawn;
+  return true;
 }
 
 const std::string kNeverLate = "[[expect]]\nsignal = \"*.force.phase_locked\"\nmetric = \"late\"\nmax = 0\n";
@@ -28,19 +27,15 @@ const std::string kNeverLate = "[[expect]]\nsignal = \"*.force.phase_locked\"\nm
 }  // namespace
 
 TEST_CASE("A sweep in shards, in one go, on other threads, or cut off in a line and resumed, has the same lines") {
-  const Bench bench;
-  const auto [first, end] = seeds(6);
-  std::uint64_t compared = 0;
-  for (std::uint64_t seed = first; seed < end; ++seed) {
-    const auto drawn = plain(bench, seed);
-    if (!drawn) continue;
-    const std::string toml = drawn->toml + kNeverLate +
+  judge_drawn(6, [](const Bench& bench, std::uint64_t seed, GeneratedScenario drawn) {
+    if (!make_plain(drawn)) return false;
+    const std::string toml = drawn.toml + kNeverLate +
                              "[sweep]\nseeds = [1, 7]\n[sweep.grid]\n\"remap.latency\" = [\"8 ms\", \"30 ms\", \"60 ms\"]\n";
     std::ofstream(bench.scenario()) << toml;
     const Ended whole = bench.program({"sweep", "scenario.toml", "--out", "whole", "--threads", "1"});
     const std::string lines = content_of(bench.path() + "/whole/sweep.jsonl");
-    if (whole.exit_code > 1 || lines.empty()) continue;
-    INFO("EVENSTEP_SEED=" << seed << '\n' << toml << whole.text());
+    if (whole.exit_code > 1 || lines.empty()) return false;
+    INFO(toml << whole.text());
 
     std::vector<std::string> merge{"merge"};
     for (const char* const shard : {"3/3", "1/3", "2/3"}) {
@@ -63,25 +58,19 @@ TEST_CASE("A sweep in shards, in one go, on other threads, or cut off in a line 
     CHECK(resumed.exit_code == whole.exit_code);
     CHECK(content_of(bench.path() + "/cut/sweep.jsonl") == lines);
     for (const char* const folder : {"whole", "parts", "cut"}) fs::remove_all(bench.path() + '/' + folder);
-    ++compared;
-  }
-  std::cout << compared << " sweeps compared\n";
-  CHECK(is_enough(compared));
+    return true;
+  });
 }
 
 TEST_CASE("What fails is shrunk to what still fails, and two runs of it do not differ") {
-  const Bench bench;
-  const auto [first, end] = seeds(10);
-  std::uint64_t shrunk = 0;
-  for (std::uint64_t seed = first; seed < end; ++seed) {
-    const auto drawn = plain(bench, seed);
-    if (!drawn || drawn->root.has("source")) continue;  // shrink takes the timing apart, not what is lost
+  judge_drawn(10, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+    if (!make_plain(drawn) || drawn.root.has("source")) return false;  // shrink takes the timing apart, not what is lost
     const std::vector<std::string> too_little{"--set", "remap.latency=\"2 ms\"", "--set",
                                               "run.strategies=[\"phase_locked\"]"};
-    const std::string toml = drawn->toml + kNeverLate;
+    const std::string toml = drawn.toml + kNeverLate;
     const Bench::Run run = bench.run(toml, "run", too_little);
-    if (run.ended.exit_code != 1 || !run.summary.is_object()) continue;
-    INFO("EVENSTEP_SEED=" << seed << '\n' << toml << run.ended.text());
+    if (run.ended.exit_code != 1 || !run.summary.is_object()) return false;
+    INFO(toml << run.ended.text());
     CHECK(bench.run(toml, "again", too_little).ended.exit_code == 1);
     const Ended diff = bench.program({"diff", "run", "again"});
     INFO(diff.text());
@@ -96,25 +85,19 @@ TEST_CASE("What fails is shrunk to what still fails, and two runs of it do not d
     INFO(smaller.text());
     CHECK(smaller.exit_code == 1);
     fs::remove_all(bench.path() + "/shrunk");
-    ++shrunk;
-  }
-  std::cout << shrunk << " scenarios shrunk\n";
-  CHECK(is_enough(shrunk));
+    return true;
+  });
 }
 
 TEST_CASE("A live run of a drawn scenario with simulated devices, recorded, is replayed to the same hash") {
-  const Bench bench;
-  const auto [first, end] = seeds(6);
-  std::uint64_t replayed = 0;
-  for (std::uint64_t seed = first; seed < end; ++seed) {
-    const auto drawn = plain(bench, seed);
-    if (!drawn) continue;
-    std::ofstream(bench.scenario()) << drawn->toml;
+  judge_drawn(6, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+    if (!make_plain(drawn)) return false;
+    std::ofstream(bench.scenario()) << drawn.toml;
     const Ended live = bench.program({"run", "scenario.toml", "--clock", "wall", "--out", "live", "--record", "live.inputs",
                                       "--allow-no-expectations", "--cores-may-sleep", "--set", "remap.latency=\"25 ms\"",
                                       "--set", "remap.lead=\"3 ms\""});
-    if (live.exit_code == 2) continue;  // not everything can run live
-    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn->toml << live.text());
+    if (live.exit_code == 2) return false;  // not everything can run live
+    INFO(live.text());
     CHECK(live.signal == 0);
     CHECK(live.exit_code <= 3);
     if (live.exit_code <= 1) {
@@ -126,10 +109,8 @@ TEST_CASE("A live run of a drawn scenario with simulated devices, recorded, is r
       REQUIRE(a.is_object());
       REQUIRE(b.is_object());
       CHECK(a.at("trace_hash") == b.at("trace_hash"));
-      ++replayed;
     }
     fs::remove(bench.path() + "/live.inputs");
-  }
-  std::cout << replayed << " live runs replayed\n";
-  CHECK(is_enough(replayed));
+    return live.exit_code <= 1;
+  });
 }

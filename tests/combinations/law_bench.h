@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -10,6 +12,7 @@
 
 #include "../own_parts/parts.h"
 #include "cases.h"
+#include "catch.h"
 #include "program.h"
 #include "scenario_generator.h"
 #include "temporary_folder.h"
@@ -37,9 +40,6 @@ inline Seeds seeds(std::uint64_t usual) {
   if (const char* const count = std::getenv("EVENSTEP_SEEDS")) return {0, std::stoull(count)};
   return {0, share_of(usual)};
 }
-
-/// Whether so many scenarios were there to be judged. One seed, and the few of a sanitized build, may have none.
-inline bool is_enough(std::uint64_t judged) { return judged > 0 || kSanitized || std::getenv("EVENSTEP_SEED"); }
 
 /// Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
 inline bool loses_or_varies(const std::string& toml) {
@@ -84,5 +84,22 @@ class Bench {
   TemporaryFolder folder_;
   Registry registry_ = own_parts::registry();
 };
+
+/// Draws a scenario for each seed and counts those that `judge` could judge: it returns false for one of which the law says
+/// nothing. At least one must be judged, but for a single seed and the few of a sanitized build.
+inline void judge_drawn(std::uint64_t usual,
+                        const std::function<bool(const Bench&, std::uint64_t seed, GeneratedScenario drawn)>& judge) {
+  const Bench bench;
+  const auto [first, end] = seeds(usual);
+  std::uint64_t judged = 0;
+  for (std::uint64_t seed = first; seed < end; ++seed) {
+    GeneratedScenario drawn = bench.draw(seed);
+    if (!drawn.is_valid) continue;
+    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
+    judged += judge(bench, seed, std::move(drawn));
+  }
+  std::cout << judged << " of " << end - first << " scenarios judged\n";
+  CHECK((judged > 0 || kSanitized || end - first == 1));
+}
 
 }  // namespace evenstep::testing

@@ -265,6 +265,7 @@ void read_scene(ScenarioReading& reading) {
   reading.scenario.solver =
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   reading.scenario.solver_place = table.place("solver");
+  reading.scenario.scene_place = table.place("kind");
   scene.step_rate = read_step_rate(table, scene.step_rate);
   // `ideal` makes a step in every slot.
   const double slots = seconds(reading.scenario.run_duration) * static_cast<double>(scene.step_rate.num) /

@@ -184,6 +184,18 @@ TEST_CASE("A finished sweep that was cut off afterwards, in a line or between tw
   }
 }
 
+TEST_CASE("A finished sweep that stopped early, or is another one's, is as it was after --resume") {
+  const Small small(kStopping);
+  const std::string file = small.run("whole").file, bytes = contents(file);
+  REQUIRE(contents(small.run("whole", {}, 1, true).file) == bytes);
+  std::string other = bytes;
+  other.replace(other.find("\"scenario\":\"") + 12, 4, "0000");
+  small.folder.write("whole/sweep.jsonl", other);
+  CHECK_FALSE(small.run("whole", {}, 1, true).failure.empty());
+  CHECK(contents(file) == other);
+  CHECK_FALSE(std::filesystem::exists(file + ".partial"));
+}
+
 TEST_CASE("A sweep does not go on with lines of another one or with damaged ones") {
   const Small small(kPlain);
   const std::string bytes = contents(small.run("whole").file);

@@ -315,7 +315,7 @@ struct Scenario {
   SolverKind solver = SolverKind::opencl;
   Place solver_place;  ///< where it is named, or could be
   Scene scene;
-  Place scene_place;  ///< of a foreign scene's name
+  Place scene_place;  ///< where its kind is named, or could be; of a foreign scene its name
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
