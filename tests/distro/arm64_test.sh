@@ -24,7 +24,7 @@ git clone -q -- "$source_dir" "$debian/srv/evenstep"
 
 start=$SECONDS
 quietly within sh -c "cd /srv/evenstep && cmake --preset release -D CMAKE_TOOLCHAIN_FILE=cmake/aarch64-linux-gnu.cmake \
-  -D EVENSTEP_BUILD_TESTS=ON -D EVENSTEP_BUILD_BENCH=OFF && cmake --build build --target evenstep test_sim_environment
+  -D EVENSTEP_BUILD_TESTS=ON -D EVENSTEP_BUILD_BENCH=OFF && cmake --build build --target evenstep test_sim_environment \
   ${rooms[*]/#/test_}"
 ! grep 'warning: ' "$work/log" || fail "the build warns"
 echo "build: $((SECONDS - start)) s"
