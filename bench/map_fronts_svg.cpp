@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "src/svg.h"
+#include "writers/figures/svg.h"
 
 namespace evenstep::bench {
 namespace {

@@ -68,9 +68,7 @@ function(evenstep_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   add_library(evenstep_${name} STATIC ${ROOM_SOURCES})
   add_library(evenstep::${name} ALIAS evenstep_${name})
-  if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/include)
-    target_include_directories(evenstep_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
-  endif()
+  evenstep_headers(${name} include)
   target_include_directories(evenstep_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_compile_features(evenstep_${name} PUBLIC cxx_std_20)
 
@@ -93,8 +91,21 @@ function(evenstep_room name)
   endif()
 endfunction()
 
-# evenstep_part(ROOM PART SOURCES) : more sources of the room, compiled as those of a room of the name ROOM_PART would be
+# evenstep_headers(ROOM FOLDER) : public headers of the room, if there is such a folder
+function(evenstep_headers room folder)
+  if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/${folder})
+    target_include_directories(evenstep_${room} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/${folder}>)
+    if(EVENSTEP_INSTALL)
+      install(DIRECTORY ${folder}/evenstep DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+        FILES_MATCHING PATTERN "*.h")
+    endif()
+  endif()
+endfunction()
+
+# evenstep_part(ROOM PART SOURCES) : more sources of the room, and the headers of PART/include; compiled as those of a room
+# of the name ROOM_PART would be
 function(evenstep_part room part)
+  evenstep_headers(${room} ${part}/include)
   set(name ${room}_${part})
   add_library(evenstep_${name} OBJECT ${ARGN})
   get_target_property(folders evenstep_${room} INCLUDE_DIRECTORIES)
@@ -119,13 +130,9 @@ function(evenstep_compile name)
   endif()
 endfunction()
 
-# evenstep_install_room(NAME) : its library, its headers and its file of targets
+# evenstep_install_room(NAME) : its library and its file of targets
 function(evenstep_install_room name)
   install(TARGETS evenstep_${name} EXPORT evenstep-${name} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
   install(EXPORT evenstep-${name} NAMESPACE evenstep:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evenstep COMPONENT dev)
-  if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/include)
-    install(DIRECTORY include/evenstep DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
-      FILES_MATCHING PATTERN "*.h")
-  endif()
 endfunction()

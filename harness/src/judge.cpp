@@ -14,7 +14,7 @@
 #include "evenstep/reports/recovery.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/text/suggest.h"
-#include "foreign_needs.h"
+#include "src/plan/foreign_needs.h"
 
 namespace evenstep {
 namespace {

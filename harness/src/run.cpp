@@ -23,8 +23,8 @@
 #include "evenstep/scheduler/parallel_for.h"
 #include "evenstep/text/text_file.h"
 #include "judge.h"
-#include "live_log.h"
 #include "run_case.h"
+#include "src/log/live_log.h"
 
 namespace evenstep {
 namespace {

@@ -8,9 +8,9 @@
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/reports/run_failure.h"
 #include "judge.h"
-#include "source_plan.h"
-#include "strategies.h"
-#include "undelayed_solver.h"
+#include "src/parts/undelayed_solver.h"
+#include "src/plan/source_plan.h"
+#include "src/plan/strategies.h"
 
 namespace evenstep {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "evenstep/reports/case_record.h"
-#include "src/text.h"
+#include "writers/texts/text.h"
 
 namespace evenstep {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "evenstep/reports/measures.h"
-#include "src/line_fit.h"
+#include "src/fits/line_fit.h"
 
 namespace evenstep::internal {
 

@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "evenstep/reports/measures.h"
+#include "src/fits/line_fit.h"
+#include "src/fits/straight.h"
 #include "src/judged.h"
-#include "src/line_fit.h"
-#include "src/straight.h"
 #include "src/vec3.h"
 
 namespace evenstep {

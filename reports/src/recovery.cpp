@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "src/fits/straight.h"
 #include "src/judged.h"
-#include "src/straight.h"
 #include "src/vec3.h"
 
 namespace evenstep {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "src/fits/straight.h"
 #include "src/judged.h"
 #include "src/saturated_samples.h"
-#include "src/straight.h"
 
 namespace evenstep {
 namespace {

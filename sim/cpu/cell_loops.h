@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "src/tissue_solver.h"
+#include "src/tissue/tissue_solver.h"
 
 // One clone per instruction set, chosen when the program is loaded. All clones give the same bits: + - * / and sqrt are
 // exact by IEEE 754 at every vector width, and nothing is contracted. Sanitizers start only after the clone is chosen, so

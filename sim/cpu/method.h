@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cpu/cell_loops.h"
-#include "src/tissue_solver.h"
+#include "src/tissue/tissue_solver.h"
 
 namespace evenstep::internal {
 

@@ -5,8 +5,8 @@
 
 #include "opencl/cl_handle.h"
 #include "src/features.h"
-#include "src/lattice.h"
-#include "src/tissue_constants.h"
+#include "src/tissue/constants.h"
+#include "src/tissue/lattice.h"
 
 namespace evenstep::internal {
 

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "opencl/cl_commands.h"
-#include "src/tissue_solver.h"
+#include "src/tissue/tissue_solver.h"
 
 namespace evenstep::internal {
 

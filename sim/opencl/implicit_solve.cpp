@@ -1,7 +1,7 @@
 #include "opencl/implicit_solve.h"
 
 #include "cpu/methods/implicit_system.h"
-#include "src/iterations.h"
+#include "src/tissue/iterations.h"
 
 namespace evenstep::internal {
 

@@ -1,5 +1,5 @@
 // The real solver: the kernels of opencl/kernels, bit for bit equal to cpu/tissue_solver.cpp in float.
-#include "src/tissue_solver.h"
+#include "src/tissue/tissue_solver.h"
 
 #include <fmt/format.h>
 

@@ -10,10 +10,10 @@
 #include <tuple>
 
 #include "evenstep/sim/solver.h"
-#include "src/lattice.h"
-#include "src/materials.h"
-#include "src/rest_hessian.h"
-#include "src/symmetric_eigenvalue.h"
+#include "src/tissue/lattice.h"
+#include "src/tissue/materials.h"
+#include "src/tissue/rest_hessian.h"
+#include "src/tissue/symmetric_eigenvalue.h"
 
 namespace evenstep {
 namespace {

@@ -1,6 +1,6 @@
 
-#include "src/live_status.h"
 #include "catch.h"
+#include "src/live/status.h"
 
 using namespace evenstep;
 using namespace evenstep::app;

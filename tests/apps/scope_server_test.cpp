@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "catch.h"
-#include "src/scope_server.h"
+#include "src/live/scope_server.h"
 
 using namespace evenstep::app;
 

@@ -5,7 +5,7 @@
 #include "catch.h"
 #include "evenstep/device/hid/pid_axes.h"
 #include "evenstep/device/hid/simulated_board.h"
-#include "pid_bench.h"
+#include "pid/pid_bench.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "catch.h"
-#include "pid_bench.h"
+#include "pid/pid_bench.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -4,7 +4,7 @@
 #include "catch.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
-#include "pid_bench.h"
+#include "pid/pid_bench.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "catch.h"
-#include "evdev_bench.h"
+#include "evdev/evdev_bench.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/evdev/simulated_evdev.h"
 #include "evenstep/device/force_guard.h"

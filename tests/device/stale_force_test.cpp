@@ -5,7 +5,7 @@
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_transport.h"
-#include "pid_bench.h"
+#include "pid/pid_bench.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

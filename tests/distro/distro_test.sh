@@ -33,7 +33,7 @@ diff -- "$work/hashes" <(trace_hashes "$debian/srv/runs") || fail "other trace h
 
 if [[ ! $compiler ]]; then
   quietly within apt-get install -y --no-install-recommends dpkg-dev file
-  quietly within sh -c 'cd /srv/evenstep && cpack --config build/CPackConfig.cmake -B /packages'
+  quietly within sh -c 'cd /srv/evenstep && cmake --build build && cpack --config build/CPackConfig.cmake -B /packages'
   try_packages
 fi
 

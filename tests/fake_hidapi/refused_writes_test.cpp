@@ -2,7 +2,7 @@
 #include <cerrno>
 #include <cmath>
 
-#include "../device/pid_bench.h"
+#include "../device/pid/pid_bench.h"
 #include "catch.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/simulated_board.h"

@@ -82,7 +82,7 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
 }
 
 TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
-  // With most steps, finest rates and the longest segment, every product stays within 128 bits (read_timing.cpp).
+  // With most steps, finest rates and the longest segment, every product stays within 128 bits (sections/timing.cpp).
   const Scenario slow =
       good(with_timing("visualization = \"8 s\"\nsteps = 1000000\nstep = \"1 us\""), {{"run.duration=80 s"}, {}});
   CHECK(slow.nominal.segment.ns == 9'000'000'000);

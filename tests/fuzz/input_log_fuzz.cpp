@@ -3,7 +3,7 @@
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "property.h"
-#include "src/input_log_codec.h"
+#include "src/log/codec.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -1,6 +1,6 @@
 // A recording contains the files that its scenario names.
 
-#include "src/embedded_files.h"
+#include "src/log/embedded_files.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include "evenstep/harness/run.h"
 #include "recordings.h"
 #include "scenarios.h"
-#include "src/input_log_writer.h"
+#include "src/log/writer.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

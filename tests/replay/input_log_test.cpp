@@ -15,9 +15,9 @@
 #include "evenstep/scheduler/random.h"
 #include "evenstep/text/text_file.h"
 #include "recordings.h"
-#include "src/crc32c.h"
-#include "src/input_log_writer.h"
-#include "src/message_ring.h"
+#include "src/live/message_ring.h"
+#include "src/log/crc32c.h"
+#include "src/log/writer.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

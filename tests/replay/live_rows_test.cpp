@@ -1,7 +1,7 @@
 // The rows of a live run on their way to files: no row is lost without being counted, no lane allocates, and a longer run
 // needs no more memory.
 
-#include "src/live_rows.h"
+#include "src/log/live_rows.h"
 
 #include <unistd.h>
 

@@ -10,7 +10,7 @@
 
 #include "catch.h"
 #include "evenstep/harness/input_log.h"
-#include "src/input_log_codec.h"
+#include "src/log/codec.h"
 #include "temporary_folder.h"
 
 namespace evenstep::test {

@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "samples.h"
-#include "src/svg.h"
+#include "writers/figures/svg.h"
 
 using namespace evenstep;
 using Catch::Contains;

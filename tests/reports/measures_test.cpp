@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "catch.h"
-#include "src/line_fit.h"
+#include "src/fits/line_fit.h"
 #include "src/vec3.h"
 
 using namespace evenstep;

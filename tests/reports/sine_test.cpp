@@ -3,7 +3,7 @@
 
 #include "catch.h"
 #include "evenstep/reports/measures.h"
-#include "src/sine_fit.h"
+#include "src/fits/sine_fit.h"
 #include "synthetic.h"
 
 using namespace evenstep;

@@ -1,4 +1,4 @@
-#include "src/text.h"
+#include "writers/texts/text.h"
 #include "cases.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 
 #include "catch.h"
 #include "samples.h"
-#include "src/text.h"
+#include "writers/texts/text.h"
 
 using namespace evenstep;
 using Catch::Contains;

@@ -7,17 +7,20 @@ second, the test fails, too.
 import posixpath
 import re
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
-PRODUCT = ("clock remap scheduler sim device reports pages text recordings plugins scenarios/format catalogue loop draw "
-           "harness campaigns apps").split()
+# A room that is inside another one comes before it.
+PRODUCT = ("clock remap scheduler sim/catalogue sim/draw sim device scenarios/reader/text scenarios/reader/recordings "
+           "scenarios/reader/plugins scenarios/reader/format harness/loop harness/campaigns harness reports/pages reports "
+           "apps").split()
 TOPS = sorted({room.split("/")[0] for room in PRODUCT} | set("tests bench examples cmake docs scripts CMakeLists.txt "
                                                             "CMakePresets.json README.md".split()))
 SOURCE = r"\.(h|hpp|cpp|cl)$"
 HASHED = f"^({'|'.join(room for room in PRODUCT if room not in ('clock', 'apps'))})/.*{SOURCE}"
 NOWHERE = "^$"
+SIDE_BY_SIDE = 25
 
 
 class Rule(NamedTuple):
@@ -39,7 +42,7 @@ RULES = {
                   r"\b(clock_gettime|clock_nanosleep|nanosleep|usleep|steady_clock|system_clock|high_resolution_clock)\b"
                   r"|\bthis_thread::sleep_(for|until)\b|\bnamespace\b.*\bthis_thread\b"),
     "threads": Rule("threads only in live lanes, parallel loops, row files, senders and two benchmarks", SOURCE,
-                    "^(scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|bench/(device_tick|own_lane)"
+                    "^(scheduler/src/(live_lanes|parallel_for)|reports/src/rows/row_files|bench/(device_tick|own_lane)"
                     "|device/src/live_sender|device/src/inverse3/inverse3_socket|tests/|examples/)",
                     r"\b(std::(jthread|thread|async)|pthread_create)\b"),
     "random": Rule("own random numbers", SOURCE, NOWHERE, r"\bstd::([a-z_]+_distribution|random_device)\b|\brand *\("),
@@ -48,16 +51,16 @@ RULES = {
                     r'# *include *[<"](CL/|hidapi/|toml|spdlog|boost/)'),
     "fast math": Rule("no fast math", rf"(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh)$|^sim/.*{SOURCE}", NOWHERE,
                       "-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math"),
-    "loaders": Rule("own loaders only", SOURCE, "^(clock/time/src/library_on_demand|plugins/src/library|tests/)",
+    "loaders": Rule("own loaders only", SOURCE, "^(clock/time/src/library_on_demand|scenarios/reader/plugins/src/library|tests/)",
                     r"\bdlopen *\("),
     "processes": Rule("processes only in plugins and of pairs", SOURCE,
-                      "^(plugins/src/child|campaigns/src/cost_pairs|tests/)",
+                      "^(scenarios/reader/plugins/src/child|harness/campaigns/src/cost/pairs|tests/)",
                       r"\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\("),
     "sockets": Rule("sockets only in the link to a service and the scope", SOURCE,
-                    "^(device/src/inverse3/inverse3_socket|apps/src/scope_server|tests/)",
+                    "^(device/src/inverse3/inverse3_socket|apps/src/live/scope_server|tests/)",
                     r'# *include *[<"](boost/(asio|beast)|sys/socket)'),
     "unfinished": Rule("no unfinished work", "", NOWHERE, r"\b(TODO|FIXME|XXX)\b", comments=True),
-    "OpenGL": Rule("OpenGL only in draw", SOURCE, "^draw/src/", r'# *include *[<"](EGL|GLES[0-9]|GL)/'),
+    "OpenGL": Rule("OpenGL only in draw", SOURCE, "^sim/draw/src/", r'# *include *[<"](EGL|GLES[0-9]|GL)/'),
     "Catch2": Rule('Catch2 only as #include "catch.h", which has what versions 2 and 3 share', SOURCE, r"^tests/catch\.h$",
                    r'# *include *[<"]catch2/|\bCatch::Matchers::'),
 }
@@ -117,15 +120,32 @@ def rooms_too_large(tree):
 
 
 def names_in_two_rooms(tree):
-    """Headers that have the name of a header in another room. A reader of `#include "name.h"` should not have to ask which
-    header that is."""
+    """Headers that have the name of a header in another room, the folders below the room included. A reader of `#include
+    "src/name.h"` should not have to ask which header that is."""
     rooms = defaultdict(set)
     for path in tree:
         if path.endswith(".h") and room_of(path):
-            rooms[path.rsplit("/", 1)[-1]].add(room_of(path))
+            rooms[re.sub(r"^(src/|include/evenstep/\w+/)", "", path[len(room_of(path)) + 1:])].add(room_of(path))
     for name, found in rooms.items():
         if len(found) > 1:
             yield f"{min(found)}:1: [one name, one header] {name} is in {', '.join(sorted(found))}"
+
+
+def folders_too_full(tree):
+    """Folders with so many sources side by side that a reader does not find one any more: they are several things."""
+    held = Counter(posixpath.dirname(path) for path in tree if re.search(r"\.(h|c|cpp|cl)$", path))
+    for folder, sources in sorted(held.items()):
+        if sources > SIDE_BY_SIDE:
+            yield f"{folder}:1: [size of a folder] {sources} sources side by side: more than {SIDE_BY_SIDE}"
+
+
+def headers_of_other_rooms(tree):
+    """A room inside another one has its private headers to itself, although the compiler would find them from outside."""
+    for path, text in tree.items():
+        if room_of(path) and re.search(SOURCE, path):
+            for number, line in enumerate(text.split("\n"), 1):
+                if re.search(r'# *include *"[^"]+/src/', line):
+                    yield f"{path}:{number}: [private headers] {line}"
 
 
 def sources_that_nothing_builds(tree):
@@ -152,7 +172,7 @@ THREADS = ("harness/src/run.cpp",), ("scheduler/src/parallel_for.cpp", "schedule
                                      "examples/embed/embed.cpp")
 RANDOM = ("scheduler/src/random.cpp", "tests/sim/solver_test.cpp"), ()
 HEADERS = ("harness/include/evenstep/harness/a.h", "clock/time/include/evenstep/time/a.h"), ("harness/src/a.cpp",)
-PROCESSES = ("harness/src/run.cpp",), ("plugins/src/child_start.cpp",)
+PROCESSES = ("harness/src/run.cpp",), ("scenarios/reader/plugins/src/child_start.cpp",)
 SOCKETS = ("device/src/hid/hidapi_transport.cpp",), ("device/src/inverse3/inverse3_socket.cpp",)
 WORDS = ("sim/src/solver.cpp", "docs/metrics.md"), ()
 PROOFS = [
@@ -184,7 +204,7 @@ PROOFS = [
     ("fast math", 'set(CMAKE_CXX_FLAGS "-Ofast")', ["cmake/Options.cmake"], []),
     ("fast math", 'program.build("-cl-fast-relaxed-math");', ["sim/opencl/tissue_solver.cpp"], []),
     ("fast math", "# without -ffast-math", [], ["CMakeLists.txt"]),
-    ("loaders", 'void* library = dlopen("x.so", RTLD_NOW);', ["harness/src/run.cpp"], ["plugins/src/library.cpp"]),
+    ("loaders", 'void* library = dlopen("x.so", RTLD_NOW);', ["harness/src/run.cpp"], ["scenarios/reader/plugins/src/library.cpp"]),
     *(("processes", call, *PROCESSES) for call in [
         "pid_t child = fork();", "execve(program, words, environ);", "posix_spawn(&child, path, 0, 0, 0, 0);",
         'popen("ls", "r");', 'std::system("ls");']),
@@ -193,8 +213,8 @@ PROOFS = [
     ("sockets", "#include <boost/math/distributions/beta.hpp>", [], ["reports/src/a.cpp"]),
     *(("unfinished", f"// {word}: later", *WORDS) for word in ["TODO", "FIXME", "XXX"]),
     ("unfinished", "// MAXXXX", [], ["sim/src/solver.cpp"]),
-    ("OpenGL", "#include <GLES3/gl3.h>", ["harness/src/visualization.cpp"], []),
-    ("OpenGL", "#include <EGL/egl.h>", [], ["draw/src/gl_library.h"]),
+    ("OpenGL", "#include <GLES3/gl3.h>", ["harness/src/parts/visualization.cpp"], []),
+    ("OpenGL", "#include <EGL/egl.h>", [], ["sim/draw/src/gl_library.h"]),
     *(("Catch2", line, ["tests/sim/solver_test.cpp", "tests/scheduler/rig.h"], ["tests/catch.h"]) for line in [
         "#include <catch2/catch.hpp>", "#include <catch2/catch_all.hpp>", "using Catch::Matchers::Contains;"]),
     ("Catch2", '#include "catch.h"', [], ["tests/sim/solver_test.cpp"]),
@@ -227,7 +247,19 @@ def faults_of_rules():
         yield "the rule on names refuses headers of one room"
     if not list(names_in_two_rooms({"sim/src/a.h": "", "harness/src/a.h": ""})):
         yield "the rule on names does not see two headers of one name"
+    if list(names_in_two_rooms({"sim/src/a/b.h": "", "harness/src/b.h": ""})):
+        yield "the rule on names refuses headers in folders of different names"
 
+    full = {f"sim/src/{number}.cpp": "" for number in range(SIDE_BY_SIDE)}
+    if list(folders_too_full({**full, "sim/src/a/b.h": "", "sim/src/a.md": ""})):
+        yield "the rule on folders refuses one that is not too full"
+    if not list(folders_too_full({**full, "sim/src/a.h": ""})):
+        yield "the rule on folders does not see one source too many"
+
+    if list(headers_of_other_rooms({"sim/src/a.cpp": '#include "src/b.h"', "tests/a.cpp": '#include "sim/src/b.h"'})):
+        yield "the rule on private headers refuses a room's own"
+    if not list(headers_of_other_rooms({"sim/src/a.cpp": '#include "draw/src/b.h"'})):
+        yield "the rule on private headers does not see those of another room"
 
     lists = {"sim/CMakeLists.txt": "room(sim SOURCES a.cpp ../b.cpp ${CMAKE_SOURCE_DIR}/c/d.cpp ${name}_e.cpp)"}
     if list(sources_that_nothing_builds({**lists, "sim/a.cpp": "", "b.cpp": "", "c/d.cpp": "", "sim/x_e.cpp": ""})):
@@ -247,10 +279,10 @@ def main():
     for rule in RULES.values():
         faults += violations(rule, tree)
     faults += [*headers_without_opening(tree), *rooms_too_large(tree), *names_in_two_rooms(tree),
-               *sources_that_nothing_builds(tree)]
+               *folders_too_full(tree), *headers_of_other_rooms(tree), *sources_that_nothing_builds(tree)]
     if faults:
         sys.exit("\n".join(faults))
-    print(f"room_rules: {len(RULES)} rules hold, and those on headers, the sizes of rooms and what is built")
+    print(f"room_rules: {len(RULES)} rules hold, and those on headers, on the sizes of rooms and folders, and on what is built")
 
 
 main()

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "../device/evdev_bench.h"
+#include "../device/evdev/evdev_bench.h"
 #include "catch.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"

@@ -21,7 +21,7 @@
 #include <algorithm>
 
 #include "cpu/methods/implicit_system.h"
-#include "src/iterations.h"
+#include "src/tissue/iterations.h"
 
 namespace evenstep::internal {
 namespace {

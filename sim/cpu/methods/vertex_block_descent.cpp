@@ -10,8 +10,8 @@
 #include <algorithm>
 
 #include "cpu/cell_forces.h"
-#include "src/colours.h"
-#include "src/iterations.h"
+#include "src/tissue/colours.h"
+#include "src/tissue/iterations.h"
 
 namespace evenstep::internal {
 namespace {

@@ -13,9 +13,9 @@
 #include <set>
 #include <sstream>
 
-#include "cost_pairs.h"
 #include "evenstep/clock/wall_clock.h"
 #include "scenarios.h"
+#include "src/cost/pairs.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "evenstep/scheduler/random.h"
-#include "size_rate.h"
+#include "src/size/rate.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;

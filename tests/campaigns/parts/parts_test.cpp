@@ -17,7 +17,7 @@
 #include "evenstep/campaigns/study.h"
 #include "evenstep/campaigns/study_parts.h"
 #include "files.h"
-#include "json_parts.h"
+#include "src/shards/json_parts.h"
 
 using namespace evenstep;
 using Catch::Contains;

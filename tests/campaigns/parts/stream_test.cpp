@@ -7,8 +7,8 @@
 
 #include "catch.h"
 #include "files.h"
-#include "json_parts.h"
 #include "merge_cost.h"
+#include "src/shards/json_parts.h"
 
 using namespace evenstep;
 

@@ -1,7 +1,7 @@
 // Hitches that were put into a schedule are found as kinds, each with its count and lengths. Mending a kind gives the
 // schedule without it.
+#include "src/size/hitches.h"
 #include "cases.h"
-#include "size_hitches.h"
 
 #include <algorithm>
 

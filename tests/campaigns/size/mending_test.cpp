@@ -1,5 +1,5 @@
 // What is blamed for a late step, and whether mending it wins what is said. The tests know the schedule without the fault.
-#include "size_mend.h"
+#include "src/size/mend.h"
 
 #include "traces.h"
 

@@ -3,7 +3,7 @@
 
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/reports/rate_bound.h"
-#include "size_rate.h"
+#include "src/size/rate.h"
 #include "traces.h"
 
 using namespace evenstep;

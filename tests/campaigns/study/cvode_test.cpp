@@ -8,8 +8,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "src/study/trace.h"
 #include "study_scenes.h"
-#include "study_trace.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;

@@ -7,7 +7,7 @@
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/reports/run_failure.h"
-#include "felt_reference.h"
+#include "src/felt/reference.h"
 #include "study_scenes.h"
 #include "temporary_folder.h"
 

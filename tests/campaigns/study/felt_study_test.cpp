@@ -5,7 +5,7 @@
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/harness/sizing.h"
-#include "felt_runs.h"
+#include "src/felt/runs.h"
 #include "study_scenes.h"
 
 using namespace evenstep;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "evenstep/reports/run_failure.h"
+#include "src/study/trace.h"
 #include "study_scenes.h"
-#include "study_trace.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;

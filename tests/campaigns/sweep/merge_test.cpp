@@ -9,7 +9,7 @@
 #include "evenstep/campaigns/sweep.h"
 #include "files.h"
 #include "merge_cost.h"
-#include "sweep_lines.h"
+#include "src/sweep/lines.h"
 
 using namespace evenstep;
 

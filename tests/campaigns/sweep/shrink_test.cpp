@@ -10,8 +10,8 @@
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "files.h"
-#include "shrink_search.h"
-#include "shrink_timing.h"
+#include "src/shrink/search.h"
+#include "src/shrink/timing.h"
 
 using namespace evenstep;
 using Catch::Contains;

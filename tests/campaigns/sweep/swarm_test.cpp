@@ -1,5 +1,5 @@
 // Swarms, states that some point must reach, and the commands that run a point of a swarm again.
-#include "swarm.h"
+#include "src/sweep/swarm.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/run.h"
 #include "files.h"
-#include "sweep_lines.h"
+#include "src/sweep/lines.h"
 
 using namespace evenstep;
 using Catch::Contains;

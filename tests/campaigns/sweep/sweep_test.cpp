@@ -15,7 +15,7 @@
 #include "catch.h"
 #include "evenstep/scheduler/parallel_for.h"
 #include "files.h"
-#include "sweep_lines.h"
+#include "src/sweep/lines.h"
 
 using namespace evenstep;
 using Catch::Contains;

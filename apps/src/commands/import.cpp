@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "evenstep/harness/input_log.h"
+#include "evenstep/harness/recorded_timing.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/reports/run_failure.h"
+#include "evenstep/text/text_file.h"
+#include "src/commands.h"
+#include "src/recording_options.h"
+
+namespace evenstep::app {
+namespace {
+
+struct ImportArguments {
+  std::string file, out;
+  bool list = false;
+  RecordingArguments recording;
+};
+
+std::string length_text(Duration length) {
+  const auto ns = static_cast<double>(length.ns);
+  if (length.ns < 1'000'000) return fmt::format("{:.4g} us", ns / 1e3);
+  return length.ns < 1'000'000'000 ? fmt::format("{:.4g} ms", ns / 1e6) : fmt::format("{:.4g} s", ns / 1e9);
+}
+
+void print_head(const Profile& profile) {
+  RealTime end = profile.intervals.front().end;
+  for (const ProfileInterval& interval : profile.intervals) end = std::max(end, interval.end);
+  fmt::print("{}: {}, {} intervals in {}\ntime base: {}\n", profile.file, profile.format, profile.intervals.size(),
+             length_text(end - profile.intervals.front().begin), profile.time_base);
+}
+
+void print_list(const Profile& profile) {
+  const std::vector<NameSummary> names = summarize(profile);
+  std::vector<std::int64_t> of_source(profile.sources.size());
+  for (const ProfileInterval& interval : profile.intervals) ++of_source[interval.source];
+  for (std::size_t i = 0; i < of_source.size(); ++i) {
+    if (!profile.sources[i].empty()) fmt::print("from {}: {} intervals\n", profile.sources[i], of_source[i]);
+  }
+  fmt::print("{:>8}  {:>10}  {:>10}  name\n", "count", "median", "period");
+  for (const NameSummary& name : names) {
+    fmt::print("{:>8}  {:>10}  {:>10}  {}{}{}\n", name.count, length_text(name.median),
+               name.period ? length_text(*name.period) : "", name.category, name.category.empty() ? "" : ": ", name.text);
+  }
+}
+
+void print_left_out(const std::vector<LeftOut>& left_out) {
+  for (const LeftOut& left : left_out) {
+    fmt::print("left out: {} {}{}\n", left.count, left.what,
+               left.first.empty() ? "" : fmt::format(", the first: {}", left.first));
+  }
+}
+
+void print_assigned(const AssignedRoles& assigned) {
+  if (assigned.guessed) {
+    std::string options;
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) options += fmt::format(" --{} '{}'", option, value);
+    };
+    add("segment", assigned.roles.segment);
+    add("visualization", assigned.roles.visualization);
+    add("step", assigned.roles.step);
+    fmt::print("guessed:{}\n", options);
+  }
+  constexpr std::size_t kMostShown = 20;
+  for (std::size_t i = 0; i < std::min(assigned.became.size(), kMostShown); ++i)
+    fmt::print("{}: {} of '{}'\n", assigned.became[i].role, assigned.became[i].count, assigned.became[i].name);
+  if (assigned.became.size() > kMostShown) fmt::print("and {} more names\n", assigned.became.size() - kMostShown);
+  if (assigned.merged > 0)
+    fmt::print("merged: {} intervals into the step or visualization that they are a part of\n", assigned.merged);
+  if (assigned.cut > 0)
+    fmt::print("cut: {} pictures begin before the one before them ends, and are taken to begin there\n", assigned.cut);
+  print_left_out(assigned.left_out);
+  std::size_t shown = 0, steps = 0;
+  for (const SegmentTiming& segment : assigned.segments) {
+    shown += segment.visualization.has_value();
+    steps += segment.steps.size();
+  }
+  fmt::print("{} segments with {} visualizations and {} steps, {} long\n", assigned.segments.size(), shown, steps,
+             length_text(assigned.segments.back().end - RealTime{}));
+  if (steps > 0 && assigned.roles.step_begin.empty() && assigned.roles.steps == 0)
+    fmt::print("each interval that matches is a step; where several make up one, say which it begins with: --step-begin\n");
+  if (steps == 0)
+    fmt::print(
+        "without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");
+}
+
+/// False on an error, which is then printed.
+bool write(const std::string& path, const std::function<void(std::ostream&)>& timing) {
+  const std::string error = internal::write_text_file(path, timing);
+  if (!error.empty())
+    print({{path, 0, 0, error}});
+  else
+    fmt::print("wrote {}\n", path);
+  return error.empty();
+}
+
+/// A recording of a live run itself says what its segments and steps are. A long one has its rows in files, beside the file
+/// that is written. Throws RunFailure if there is no room for them.
+ExitCode import_live_run(const ImportArguments& arguments) {
+  const bool writes = !arguments.out.empty() && !arguments.list;
+  namespace fs = std::filesystem;
+  const bool beside = writes && (!fs::exists(arguments.out) || fs::is_regular_file(arguments.out));  // no pipe or device
+  const fs::path place = beside ? fs::path(arguments.out + "/..").lexically_normal() : fs::temp_directory_path();
+  const InputLogResult log = read_input_log(arguments.file, {false, std::make_shared<RowFiles>(place)});
+  if (!log) {
+    print(log.error());
+    return ExitCode::usage;
+  }
+  fmt::print("{}: recording of a live run, {} segments with {} steps, {} long\n", arguments.file, log->rows.segments.size(),
+             log->rows.steps.size(), length_text(log->until() - RealTime{}));
+  if (!writes) return ExitCode::pass;
+  const auto timing = [&](std::ostream& out) { write_recorded_timing(log->rows, out); };
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
+}
+
+ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
+  try {
+    if (is_input_log(arguments.file)) return import_live_run(arguments);
+  } catch (const RunFailure& failure) {
+    spdlog::error("error: {}; {}", failure.what(), failure.remedy);
+    return ExitCode::run_failed;
+  }
+  const std::optional<RecordingOptions> options = recording_options(arguments.recording);
+  if (!options) return ExitCode::usage;
+  const ProfileResult profile = read_profile(arguments.file, options->profile);
+  if (!profile) {
+    print(profile.error());
+    return ExitCode::usage;
+  }
+  print_head(*profile);
+  if (arguments.list) {
+    print_list(*profile);
+    print_left_out(profile->left_out);
+    return ExitCode::pass;
+  }
+  const AssignedRolesResult assigned = assign_roles(*profile, options->roles);
+  if (!assigned) {
+    print(assigned.error());
+    return ExitCode::usage;
+  }
+  print_assigned(*assigned);
+  if (arguments.out.empty()) return ExitCode::pass;
+  const auto timing = [&, at = std::size_t{0}](std::ostream& out) mutable {
+    write_timing_csv(out, [&] { return at < assigned->segments.size() ? &assigned->segments[at++] : nullptr; });
+  };
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
+}
+
+}  // namespace
+
+void add_import(Commands& commands) {
+  auto [command, arguments] = commands.add<ImportArguments>(
+      "import", "a profiler's file as timing.csv: which of its names are segments, visualizations and steps", import);
+  command.operand(
+      "file", arguments.file,
+      "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
+      "recording of `run --record`");
+  command.flag("--list", arguments.list, "only its names, with count, median length and period");
+  command.option("--out", arguments.out, "the timing.csv to write; without it nothing is written");
+  add_recording_options(command, arguments.recording);
+}
+
+}  // namespace evenstep::app

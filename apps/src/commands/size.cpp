@@ -1,0 +1,285 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "evenstep/apps/shell.h"
+#include "evenstep/campaigns/size.h"
+#include "evenstep/pages/campaign_pages.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "src/commands.h"
+#include "src/merged_results.h"
+#include "src/part_arguments.h"
+#include "src/progress.h"
+#include "src/recording_options.h"
+
+namespace evenstep::app {
+namespace {
+
+struct SizeArguments {
+  std::string program;
+  std::string file;
+  std::vector<std::string> set;
+  std::vector<std::string> what_if, split, budget, pace, own_lane;
+  std::string sampling, emission, damping, rate, confidence, figure, report, timing, seeds;
+  PartArguments part;
+  bool json = false, other_maps = false, adaptive = false;
+  RecordingArguments recording;
+};
+
+/// --rate and --confidence; false on an error, which is then printed.
+bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
+  if (arguments.rate.empty() && !arguments.confidence.empty()) {
+    print({{"--confidence", 0, 0, "goes with --rate, which says of what; for example --rate \"0.1 %\""}});
+    return false;
+  }
+  if (arguments.rate.empty()) return true;
+  options.rate = share("--rate", arguments.rate);
+  if (!options.rate || arguments.confidence.empty()) return options.rate.has_value();
+  const std::optional<double> confidence = share("--confidence", arguments.confidence);
+  options.confidence = confidence.value_or(options.confidence);
+  return confidence.has_value();
+}
+
+/// --split 2 is --what-if "split 2".
+std::vector<std::pair<std::string, const std::vector<std::string>*>> what_if_options(const SizeArguments& arguments) {
+  return {{"split", &arguments.split},
+          {"budget", &arguments.budget},
+          {"pace", &arguments.pace},
+          {"own-lane", &arguments.own_lane},
+          {"what-if", &arguments.what_if}};
+}
+
+/// False on an error, which is then printed.
+bool read_what_ifs(const SizeArguments& arguments, SizeOptions& options) {
+  for (const auto& [name, values] : what_if_options(arguments)) {
+    for (const std::string& value : *values) {
+      const Result<WhatIf> parsed = parse_what_if(name == "what-if" ? value : name + " " + value);
+      if (!parsed) {
+        print({{"--" + name, 0, 0, parsed.error()}});
+        return false;
+      }
+      options.what_ifs.push_back(*parsed);
+    }
+  }
+  return true;
+}
+
+std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
+  SizeOptions options;
+  if (!arguments.sampling.empty()) {
+    const std::optional<Rate> rate = sampling_rate(arguments.sampling);
+    if (!rate) return std::nullopt;
+    options.sampling = *rate;
+  }
+  options.other_maps = arguments.other_maps;
+  if (arguments.emission == "linear") options.emission = Emission::linear;
+  if (!arguments.damping.empty()) {
+    const std::optional<double> damping = above_zero("--damping", arguments.damping, Dimension::damping, "N s/m");
+    if (!damping) return std::nullopt;
+    options.damping_N_s_per_m = *damping;
+  }
+  options.adaptive = arguments.adaptive;
+  if (!read_rate(arguments, options) || !read_what_ifs(arguments, options)) return std::nullopt;
+  return options;
+}
+
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const RecordingOptions& recording,
+                 const Registry& registry) {
+  if (std::filesystem::path(arguments.file).extension() != ".toml") {
+    if (arguments.set.empty()) return size_recording(arguments.file, options, recording);
+    return {{}, {}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
+  }
+  if (!arguments.sampling.empty() || !arguments.emission.empty())
+    return {{},
+            {},
+            {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
+  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
+  if (!read) return {{}, {}, read.error()};
+  return size_scenario(*read, options);
+}
+
+/// The command that does this again.
+std::string again(const SizeArguments& arguments) {
+  std::string command = fmt::format("{} size {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
+  const auto option = [&](const char* name, const std::string& value) {
+    if (!value.empty()) command += fmt::format(" {} {}", name, shell_word(value));
+  };
+  option("--sampling", arguments.sampling);
+  option("--emission", arguments.emission);
+  option("--damping", arguments.damping);
+  option("--rate", arguments.rate);
+  option("--confidence", arguments.confidence);
+  command += recording_words(arguments.recording);
+  if (arguments.other_maps) command += " --other-maps";
+  for (const auto& [name, values] : what_if_options(arguments))
+    for (const std::string& value : *values) command += fmt::format(" --{} {}", name, shell_word(value));
+  if (arguments.adaptive) command += " --adaptive";
+  option("--timing", arguments.timing);
+  option("--report", arguments.report);
+  return command;
+}
+
+/// False on an error, which is then printed.
+bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
+  return arguments.report.empty() || write_text(arguments.report, size_page(record, again(arguments)));
+}
+
+/// False on an error, which is then printed.
+bool write_timing(const std::string& path, SizeResult& result) {
+  if (!write_text(path, format_timing_csv(result.segments))) return false;
+  result.record.trace = path;
+  result.record.trace_roles.clear();
+  return true;
+}
+
+/// --seeds: the segments of many seeds as one sample.
+ExitCode size_many_seeds(const SizeArguments& arguments, const SizeOptions& rates, const std::atomic<bool>& interrupted,
+                         const Registry& registry) {
+  const Result<std::pair<std::uint64_t, std::int64_t>> seeds = parse_seeds(arguments.seeds);
+  if (!seeds) {
+    print({{"--seeds", 0, 0, seeds.error()}});
+    return ExitCode::usage;
+  }
+  SizeSeedsOptions options;
+  options.set = arguments.set;
+  options.registry = registry;
+  options.first_seed = seeds->first;
+  options.seeds = seeds->second;
+  options.rate = *rates.rate;
+  options.confidence = rates.confidence;
+  options.other_maps = rates.other_maps;
+  if (!put_part(arguments.part, folder_for(arguments.part, arguments.file, "size"), interrupted, options))
+    return ExitCode::usage;
+  SizeSeedsOutcome outcome;
+  {
+    CountProgress progress(isatty(STDERR_FILENO));
+    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t) { progress.update(done, of, ""); };
+    outcome = size_seeds(arguments.file, options);
+  }
+  if (!said_why(outcome)) return outcome.exit;
+  if (outcome.exit == ExitCode::interrupted)
+    spdlog::error("interrupted after {} seeds; --resume goes on from there", outcome.done);
+  else if (options.shard.of == 1)
+    fmt::print("{}", arguments.json ? size_rates_json(outcome.record) : size_rates_text(outcome.record));
+  if (!arguments.json) fmt::print("{} of {} seeds in {}\n", outcome.done, outcome.items, outcome.file);
+  return outcome.exit;
+}
+
+/// What does not go together with --seeds, or only with it; empty if all is well.
+std::string seeds_objection(const SizeArguments& arguments) {
+  if (arguments.seeds.empty())
+    return arguments.part.in_parts() || arguments.part.of || arguments.part.threads || !arguments.part.out.empty()
+               ? "--shard, --of, --threads, --resume and --out divide the seeds of --seeds, with --rate"
+               : "";
+  if (arguments.rate.empty()) return "--seeds makes the sample for --rate larger; for example --rate \"0.1 %\"";
+  if (std::filesystem::path(arguments.file).extension() != ".toml")
+    return "--seeds belongs to a scenario (*.toml); a recording has one timing";
+  const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
+                     !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
+                     arguments.adaptive || !recording_words(arguments.recording).empty();
+  const auto options = what_if_options(arguments);
+  const bool what_if =
+      std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
+  return other || what_if
+             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, "
+               "what-ifs and what belongs to a recording"
+             : "";
+}
+
+ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (arguments.file.empty() == arguments.part.status.empty()) {
+    print({{"size", 0, 0, "takes a scenario or a recording, or --status and the folder of the parts of --seeds"}});
+    return ExitCode::usage;
+  }
+  if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "size");
+  if (const std::string objection = seeds_objection(arguments); !objection.empty()) {
+    print({{"size", 0, 0, objection}});
+    return ExitCode::usage;
+  }
+  const std::optional<SizeOptions> options = options_of(arguments);
+  if (!options) return ExitCode::usage;
+  if (!arguments.seeds.empty()) return size_many_seeds(arguments, *options, interrupted, registry);
+  const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
+  if (!recording) return ExitCode::usage;
+  SizeResult result = sized(arguments, *options, *recording, registry);
+  if (!result.errors.empty()) {
+    print(result.errors);
+    return ExitCode::usage;
+  }
+  const std::string figure = arguments.figure.empty() ? "" : size_svg(result.record);
+  if (!arguments.figure.empty() && figure.empty()) {
+    print({{arguments.figure, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
+    return ExitCode::usage;
+  }
+  if (!figure.empty() && !write_text(arguments.figure, figure)) return ExitCode::run_failed;
+  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::run_failed;
+  if (!write_report(arguments, result.record)) return ExitCode::run_failed;
+  fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
+  return ExitCode::pass;
+}
+
+}  // namespace
+
+std::optional<ExitCode> size_results(const Merged& merged) {
+  const Result<std::pair<std::uint64_t, std::int64_t>> seeds = parse_seeds(merged.subject.seeds);
+  if (!seeds) {
+    print({{merged.file, 1, 0, seeds.error()}});
+    return std::nullopt;
+  }
+  SizeSeedsOptions options;
+  options.set = merged.subject.set;
+  options.registry = merged.registry;
+  options.first_seed = seeds->first;
+  options.seeds = seeds->second;
+  options.rate = merged.subject.rate;
+  options.confidence = merged.subject.confidence;
+  options.other_maps = merged.subject.other_maps;
+  options.complete_file = merged.file;
+  options.interrupted = &merged.interrupted;
+  const SizeSeedsOutcome outcome = size_seeds(merged.subject.file, options);
+  if (!said_why(outcome)) return std::nullopt;
+  fmt::print("{}", merged.json ? size_rates_json(outcome.record) : size_rates_text(outcome.record));
+  if (!merged.json) fmt::print("{} seeds in {}\n", outcome.items, outcome.file);
+  return outcome.exit;
+}
+
+void add_size(Commands& commands) {
+  auto [command, arguments] = commands.add<SizeArguments>(
+      "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
+  arguments.program = commands.program();
+  command.optional_operand("file", arguments.file,
+                           "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
+  command.repeated("--set", arguments.set, "path=value, overrides the scenario");
+  command.option("--sampling", arguments.sampling,
+                 "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  command.option("--emission", arguments.emission, {"hold", "linear"},
+                 "of a recording: how its forces are played, hold (default) or linear");
+  command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
+  command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");
+  command.repeated("--budget", arguments.budget,
+                   "\"20 ms [merge|skip|hold]\": what if a pause could take at most that (docs/pauses.md)");
+  command.repeated("--pace", arguments.pace, "\"90 %\", \"33 ms\": what if segments kept to a grid");
+  command.repeated("--own-lane", arguments.own_lane,
+                   "factor: what if drawings had a lane of their own, and steps beside one were so many times slower");
+  command.repeated("--what-if", arguments.what_if, "\"split 2, budget 20 ms hold\": several at once");
+  command.flag("--adaptive", arguments.adaptive, "of each what-if also a latency that adapts");
+  command.option("--seeds", arguments.seeds, "\"0..1000\", of a scenario: the segments of all these seeds, for --rate");
+  add_part_options(command, arguments.part, "sizing", "seeds");
+  command.option("--out", arguments.part.out, "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size");
+  command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
+  command.option("--report", arguments.report, "file.html: all of it as one page");
+  command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
+  command.flag("--other-maps", arguments.other_maps,
+               "also JACK's loop and liblsl's line, for comparison (docs/alternatives.md)");
+  command.flag("--json", arguments.json, "the numbers instead of the table");
+  add_recording_options(command, arguments.recording);
+}
+
+}  // namespace evenstep::app
