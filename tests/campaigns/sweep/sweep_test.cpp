@@ -160,12 +160,11 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   SweepOptions options;
   options.folder = small.folder / "part";
   options.interrupted = &interrupted;
-  options.threads = 2;
+  options.threads = 1;  // one of two could wait for the processor until the other one has done all
   options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 4; };
   const SweepOutcome first = run_sweep(small.scenario, options);
   CHECK(first.exit == ExitCode::interrupted);
-  CHECK(first.summary.all.runs() >= 4);  // points that were running may still be added
-  CHECK(first.summary.all.runs() < 15);
+  CHECK(first.summary.all.runs() == 4);
   CHECK(contents(first.file) == bytes.substr(0, contents(first.file).size()));
 
   const SweepOutcome refused = run_sweep(small.scenario, options);
