@@ -95,6 +95,8 @@ class Commands {
             *arguments};
   }
 
+  /// What --help writes above the commands that are added from now on.
+  void begin_group(std::string name) { group_ = std::move(name); }
   /// Adds a command without arguments that prints a text made from all commands.
   void add_text(const std::string& name, const std::string& meaning, std::string (*text)(const std::vector<CommandText>&));
 
@@ -110,7 +112,7 @@ class Commands {
 
   const std::atomic<bool>& interrupted_;
   const Registry& registry_;
-  std::string program_;
+  std::string program_, group_;
   std::unique_ptr<CLI::App> app_;
   std::function<ExitCode()> chosen_;
 };

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <exception>
 #include <string_view>
+#include <vector>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -23,10 +24,15 @@ AddCommand add_run, add_check, add_devices, add_list, add_study, add_record, add
     add_advise, add_sweep, add_catalogue, add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema,
     add_shell_texts;
 /// In the order of --help.
-constexpr AddCommand* kCommands[] = {add_run,       add_check,  add_devices,    add_list, add_study,   add_record,
-                                     add_replay,    add_import, add_fit,        add_size, add_advise,  add_sweep,
-                                     add_catalogue, add_merge,  add_shrink,     add_diff, add_compare, add_index,
-                                     add_init,      add_schema, add_shell_texts};
+struct Group {
+  const char* name;
+  std::vector<AddCommand*> commands;
+};
+const std::array kGroups = std::to_array<Group>({{"Test", {add_run, add_check, add_diff, add_compare, add_index}},
+                                                 {"Choose", {add_size, add_advise, add_fit, add_study}},
+                                                 {"Record", {add_devices, add_record, add_import, add_replay}},
+                                                 {"Many runs", {add_sweep, add_catalogue, add_merge, add_shrink}},
+                                                 {"Set up", {add_init, add_list, add_schema, add_shell_texts}}});
 
 }  // namespace app
 
@@ -76,7 +82,10 @@ int command_line(int argc, char** argv, const Registry& registry) {
   take_signals();
 
   app::Commands commands(interrupted, registry, program);
-  for (app::AddCommand* const add : app::kCommands) add(commands);
+  for (const app::Group& group : app::kGroups) {
+    commands.begin_group(group.name);
+    for (app::AddCommand* const add : group.commands) add(commands);
+  }
   const ExitCode code = run_command(commands, argc, argv);
   return static_cast<int>(app::finish_output(code, only_prints(argc > 1 ? argv[1] : "")));
 }

@@ -9,13 +9,6 @@
 namespace evenstep {
 namespace {
 
-double value_of(const Metrics& metrics, const std::string& signal, const std::string& metric) {
-  const auto values = metrics.find(signal);
-  if (values == metrics.end()) return 0;
-  const auto value = values->second.find(metric);
-  return value == values->second.end() ? 0 : value->second;
-}
-
 std::string milliseconds(double value_s) { return fmt::format("{:.3g} ms", 1e3 * value_s); }
 
 /// What a device's force guard and its driver count, and the text for it; counts of 0 are left out.
@@ -41,13 +34,13 @@ std::string device_line(const Metrics& metrics, const std::string& device, const
   const std::string force = device + ".force." + strategy, buffers = device + ".buffers." + strategy;
   double cuts = 0;
   for (const char* reason : {"cuts_device", "cuts_stale_hand", "cuts_stale_force", "cuts_speed"})
-    cuts += value_of(metrics, force, reason);
+    cuts += value_or_0(metrics, force, reason);
   std::string line =
       fmt::format("{:<13}{} samples missing, {} forces late of {} judged steps; {} cuts", device,
-                  value_of(metrics, buffers, "interaction_underruns"), value_of(metrics, buffers, "force_underruns"),
-                  value_of(metrics, device + ".interaction." + strategy, "judged"), cuts);
+                  value_or_0(metrics, buffers, "interaction_underruns"), value_or_0(metrics, buffers, "force_underruns"),
+                  value_or_0(metrics, device + ".interaction." + strategy, "judged"), cuts);
   for (const Counted& counted : kCounted) {
-    const double count = value_of(metrics, force, std::string(counted.metric));
+    const double count = value_or_0(metrics, force, std::string(counted.metric));
     if (count > 0) line += fmt::format(", {} {}", count, counted.text);
   }
   return line + '\n';
@@ -57,9 +50,9 @@ std::string device_line(const Metrics& metrics, const std::string& device, const
 std::string flow_lines(const Metrics& metrics, const StrategyRecord& strategy) {
   std::string text;
   const std::string solver = "solver." + strategy.name;
-  if (const double missing = value_of(metrics, solver, "steps_not_begun"); missing > 0)
+  if (const double missing = value_or_0(metrics, solver, "steps_not_begun"); missing > 0)
     text += fmt::format("steps        {} began, {} that were programmed did not: the simulation fell behind\n",
-                        value_of(metrics, solver, "steps_begun"), missing);
+                        value_or_0(metrics, solver, "steps_begun"), missing);
   for (const DeviceRecord& device : strategy.devices) {
     if (!device.flow) continue;
     const DeviceFlow& flow = *device.flow;
@@ -104,7 +97,7 @@ std::string live_lines(const RunRecord& run, const Metrics& metrics) {
   std::string text;
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.name != run.live) continue;
-    const auto tick = [&](const char* metric) { return value_of(metrics, "events.device.tick", metric); };
+    const auto tick = [&](const char* metric) { return value_or_0(metrics, "events.device.tick", metric); };
     text += fmt::format("live         {} for {:.3g} s on the wall clock: {} steps, {} ticks, {} ticks missed ({:.3g} %)\n",
                         strategy.name, seconds(run.nominal.end), strategy.steps.size(), tick("ticks_run"),
                         tick("deadline_misses"), 100 * tick("deadline_miss_share"));

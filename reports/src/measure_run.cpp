@@ -472,6 +472,13 @@ Values run_values(const RunRecord& run) {
 
 }  // namespace
 
+double value_or_0(const Metrics& metrics, const std::string& signal, const std::string& metric) {
+  const auto values = metrics.find(signal);
+  if (values == metrics.end()) return 0;
+  const auto value = values->second.find(metric);
+  return value == values->second.end() ? 0 : value->second;
+}
+
 Metrics measure(const RunRecord& run) {
   Metrics metrics;
   for (const StrategyRecord& strategy : run.strategies) {

@@ -193,7 +193,7 @@ void add_advise(Commands& commands) {
   command.option("--mass", arguments.mass, "of hand and device, \"0.2 kg\" (default)");
   command.option("--firmware-rate", arguments.firmware_rate,
                  "at which a device renders springs by itself, \"4 kHz\" (default)");
-  command.option("--out", arguments.out,
+  command.option("--out,-o", arguments.out,
                  "folder for the scenarios, advice.json, the figure and the report; default runs/<name>-advise");
   command.option("--threads", arguments.threads, Range{0, 1024}, "choices at a time; 0 (default): one per core");
   command.flag("--json", arguments.json, "advice.json instead of the table");

@@ -39,7 +39,7 @@ ExitCode show(const CatalogueArguments& arguments, const CatalogueEntry& entry, 
   ExitCode code = ExitCode::pass;
   if (!arguments.json) fmt::print("{}  ({})\n", entry.scenario->name, entry.scenario->file);
   if (entry.outcome.case_record) {
-    if (!arguments.json) print_outcome(*entry.scenario, entry.outcome, folder, arguments.program, reproduce);
+    if (!arguments.json) print_outcome(*entry.scenario, entry.outcome, folder, arguments.program, reproduce, true);
     if (const std::string error = write_run_folder(folder, *entry.scenario, entry.outcome, reproduce); !error.empty()) {
       spdlog::error("error: {}", error);
       code = ExitCode::run_failed;
@@ -150,7 +150,7 @@ void add_catalogue(Commands& commands) {
   command.repeated("--set", arguments.set, "path=value, overrides the files");
   command.flag("--long", arguments.include_long, "also scenarios with the tag \"long\"");
   add_part_options(command, arguments.part, "catalogue", "cells");
-  command.option("--out", arguments.part.out,
+  command.option("--out,-o", arguments.part.out,
                  "folder for catalogue.jsonl, or catalogue-I-of-N.jsonl, and for run folders; default runs/catalogue");
   command.flag("--json", arguments.json, "the verdicts as JSON instead of text");
 }

@@ -163,7 +163,7 @@ void add_import(Commands& commands) {
       "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
       "recording of `run --record`");
   command.flag("--list", arguments.list, "only its names, with count, median length and period");
-  command.option("--out", arguments.out, "the timing.csv to write; without it nothing is written");
+  command.option("--out,-o", arguments.out, "the timing.csv to write; without it nothing is written");
   add_recording_options(command, arguments.recording);
 }
 

@@ -22,7 +22,7 @@ namespace {
 struct ReplayArguments {
   std::string program, file, out, timing;
   std::vector<std::string> strategies;
-  bool before_damage = false, allow_degraded = false, json = false;
+  bool before_damage = false, allow_degraded = false, verbose = false, json = false;
 };
 
 std::string length_text(const InputLog& log) {
@@ -138,7 +138,7 @@ ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& i
   if (arguments.json) {
     fmt::print("{}\n", summary_of(outcome));
   } else {
-    print_outcome(scenario, outcome, folder, arguments.program, reproduce);
+    print_outcome(scenario, outcome, folder, arguments.program, reproduce, arguments.verbose);
     if (outcome.exit == ExitCode::not_reproducible)
       fmt::print("recorded by evenstep {}, compiler {}; this is {}, compiler {}\n", log->head.version, log->head.build,
                  kVersion, compiler_here());
@@ -164,13 +164,14 @@ void add_replay(Commands& commands) {
       replay);
   arguments.program = commands.program();
   command.operand("file", arguments.file, "what `run --clock wall --record FILE` has written");
-  command.option("--out", arguments.out, "run folder; default runs/<name>");
+  command.option("--out,-o", arguments.out, "run folder; default runs/<name>");
   command.option("--timing", arguments.timing, "write how long its segments and steps took, for `size` and [timing] trace");
   command.repeated("--strategy", arguments.strategies,
                    "with this one beside the live one, over the recorded samples; default: those of the scenario");
   command.flag("--before-damage", arguments.before_damage, "replay what stands before the first block that is damaged");
   command.flag("--allow-degraded", arguments.allow_degraded,
                "exit with 0, not 1, if only expectations with clock = \"wall\" fail");
+  command.flag("--verbose,-v", arguments.verbose, "print every expectation, and how errors grow");
   command.flag("--json", arguments.json, "print summary.json instead of tables");
 }
 

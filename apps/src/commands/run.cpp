@@ -12,6 +12,7 @@
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/suffered.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/trace_json.h"
@@ -37,6 +38,7 @@ struct RunArguments {
   std::vector<std::string> set;
   std::string out, junit, record;
   bool trace_json = false;
+  bool verbose = false;
   bool repeat = false;
   std::optional<std::uint64_t> permute_ties;
   int threads = 0;
@@ -87,6 +89,20 @@ std::string simulated_text(const Scenario& scenario, const RunOutcome& outcome) 
   return whole ? fmt::format("{:.3g} s", all_s) : fmt::format("{:.3g} of {:.3g} s", seconds(reached), all_s);
 }
 
+/// The expectations that do not hold, and how many do.
+void print_failures(const std::vector<ExpectationResult>& results, bool colour) {
+  using Of = ExpectationResult::Verdict;
+  std::vector<ExpectationResult> failures;
+  std::copy_if(results.begin(), results.end(), std::back_inserter(failures),
+               [](const ExpectationResult& result) { return result.verdict > Of::pass; });
+  if (!failures.empty()) fmt::print("{}", verdict_table(failures, colour));
+  const auto skipped = std::count_if(results.begin(), results.end(),
+                                     [](const ExpectationResult& result) { return result.verdict == Of::skipped; });
+  const auto judged = static_cast<std::ptrdiff_t>(results.size()) - skipped;
+  fmt::print("expectations {} of {} hold{}; --verbose shows all\n", judged - static_cast<std::ptrdiff_t>(failures.size()),
+             judged, skipped > 0 ? fmt::format(", {} are for the other clock", skipped) : "");
+}
+
 /// A line on what the program's own solver lacks; empty if it lacks nothing.
 std::string lacking_line(const SolverRecord& solver) {
   if (solver.lacks.empty()) return "";
@@ -96,9 +112,11 @@ std::string lacking_line(const SolverRecord& solver) {
 }  // namespace
 
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
-                   const std::string& program, const std::string& reproduce) {
+                   const std::string& program, const std::string& reproduce, bool verbose) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
-  if (!outcome.results.empty()) fmt::print("{}", verdict_table(outcome.results, colour));
+  if (!verbose && !outcome.record.strategies.empty()) fmt::print("{}", strategy_table(outcome.record, outcome.metrics));
+  if (!outcome.results.empty())
+    verbose ? fmt::print("{}", verdict_table(outcome.results, colour)) : print_failures(outcome.results, colour);
   if (!outcome.failure.empty()) fmt::print("stopped: {}\n", with_program(outcome.failure, program));
   if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass)
     fmt::print("remedy: {}\n", with_program(outcome.remedy, program));
@@ -108,15 +126,17 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
-    fmt::print("{}{}{}", live_lines(outcome.record, outcome.metrics), growth_lines(outcome.metrics, outcome.results),
-               device_notes(outcome.record));
+    fmt::print("{}{}{}", live_lines(outcome.record, outcome.metrics),
+               verbose ? growth_lines(outcome.metrics, outcome.results) : "", device_notes(outcome.record));
     for (const auto& [signal, saturation] : saturations(outcome.record))
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
+    fmt::print("{}", suffered_lines(outcome));
     fmt::print("{}", lacking_line(outcome.record.strategies.front().solver));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), simulated_text(scenario, outcome), outcome.cpu_seconds);
-    fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
-               outcome.solver_seconds);
+    if (verbose)
+      fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
+                 outcome.solver_seconds);
     if (outcome.record.clock == "wall" && outcome.repeat_difference.empty() && outcome.exit != ExitCode::interrupted) {
       fmt::print("the recorded inputs replay to the same trace\n");
     }
@@ -246,7 +266,7 @@ void introduce(const Scenario& scenario, const std::string& limits, const RunArg
   if (arguments.clock == "wall")
     fmt::print("runs for {:.3g} s; Ctrl-C ends it earlier and keeps what was recorded until then\n",
                seconds(scenario.run_duration));
-  fmt::print("{}", limits);
+  if (arguments.verbose) fmt::print("{}", limits);
   std::fflush(stdout);
 }
 
@@ -354,7 +374,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   const std::string reproduce = reproduce_command(arguments, scenario);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
-    print_outcome(scenario, outcome, folder, arguments.program, reproduce);
+    print_outcome(scenario, outcome, folder, arguments.program, reproduce, arguments.verbose);
     if (!arguments.record.empty() && !outcome.record.strategies.empty())
       fmt::print("recorded: {} replay {}\n", arguments.program, shell_file(arguments.record));
     fmt::print("{}\n\n", words(outcome));
@@ -474,12 +494,13 @@ void add_run(Commands& commands) {
   command.option("--clock", arguments.clock, {"virtual", "wall"}, "virtual (default) or wall");
   command.option("--seed", arguments.seed, "instead of [run] seed");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
-  command.option("--out", arguments.out,
+  command.option("--out,-o", arguments.out,
                  "run folder (one scenario) or folder of run folders (several); default runs/<name>");
   command.option("--junit", arguments.junit,
                  "one JUnit file for all scenarios of this call, besides that of each run folder");
   command.flag("--trace-json", arguments.trace_json,
                "trace.json in the run folder, for ui.perfetto.dev (some MB per second)");
+  command.flag("--verbose,-v", arguments.verbose, "print every expectation, how errors grow, and the limits of the solver");
   command.flag("--repeat", arguments.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
   command.option("--permute-ties", arguments.permute_ties,
                  "shuffle the order of simultaneous events of one lane with this seed");

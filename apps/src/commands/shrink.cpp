@@ -77,7 +77,7 @@ void add_shrink(Commands& commands) {
   command.option("--seed", arguments.seed, "instead of [run] seed");
   command.option("--expect", arguments.expect, "the line of the expectation; default: the first that fails");
   command.option("--max-runs", arguments.max_runs, Range{1, 1'000'000'000}, "runs to spend; default 2000");
-  command.option("--out", arguments.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
+  command.option("--out,-o", arguments.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
 }
 
 }  // namespace evenstep::app

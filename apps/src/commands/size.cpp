@@ -272,7 +272,7 @@ void add_size(Commands& commands) {
   command.flag("--adaptive", arguments.adaptive, "of each what-if also a latency that adapts");
   command.option("--seeds", arguments.seeds, "\"0..1000\", of a scenario: the segments of all these seeds, for --rate");
   add_part_options(command, arguments.part, "sizing", "seeds");
-  command.option("--out", arguments.part.out, "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size");
+  command.option("--out,-o", arguments.part.out, "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");

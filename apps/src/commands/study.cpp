@@ -319,7 +319,7 @@ void add_study(Commands& commands) {
                  "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
                  "and step; exit 1 if none reaches it");
   add_part_options(command, arguments.part, "study", "cells");
-  command.option("--out", arguments.part.out,
+  command.option("--out,-o", arguments.part.out,
                  "folder for study.json, study.csv and figures, or of parts; default runs/<name>-study");
   command.option("--cache", arguments.cache,
                  "folder in which references are kept, so that each is computed once; default $XDG_CACHE_HOME/evenstep or "

@@ -156,7 +156,7 @@ void add_sweep(Commands& commands) {
   command.option("--stop-after", arguments.stop_after, Range{1, 1'000'000'000},
                  "so many failures; instead of [sweep] stop_after");
   add_part_options(command, arguments.part, "sweep", "points");
-  command.option("--out", arguments.part.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command.option("--out,-o", arguments.part.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
   command.option("--junit", arguments.junit, "file.xml: a testcase for each point that does not pass, for CI");
   command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
@@ -166,7 +166,8 @@ void add_merge(Commands& commands) {
       "merge", "the shards of a sweep, study, sizing or catalogue as one file, with its results and exit code", merge);
   arguments.program = commands.program();
   command.operands("part", arguments.parts, "sweep-I-of-N.jsonl (or study-, size-, catalogue-) of all shards, in any order");
-  command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process; results beside it");
+  command.required_option("--out,-o", arguments.out,
+                          "the file to write: the same bytes as of one process; results beside it");
   command.option("--junit", arguments.junit, "file.xml, of a sweep: a testcase for each point that does not pass, for CI");
   command.flag("--json", arguments.json, "the summary, or the results, as JSON instead of text");
 }

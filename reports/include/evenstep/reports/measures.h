@@ -21,6 +21,8 @@ namespace evenstep {
 /// "<device>.force.<strategy>", "<device>.buffers.<strategy>", "closed_loop.<device>.<strategy>", "solver.<strategy>",
 /// "events.<lane>.<name>", "run".
 using Metrics = std::map<std::string, std::map<std::string, double>>;
+/// A metric of a signal; 0 where it has none, as for what nothing counted.
+double value_or_0(const Metrics& metrics, const std::string& signal, const std::string& metric);
 Metrics measure(const RunRecord& run);
 /// Adds "<error>_growth" and "<error>_growth_min" of each error that can be fitted (growth.h).
 void add_growths(const RunRecord& run, Metrics& metrics);
