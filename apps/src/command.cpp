@@ -69,7 +69,7 @@ std::string missing_argument(const CLI::App& command) {
 /// What is wrong with a call that the parser did not understand, in one sentence, and what helps. Its own sentences speak of
 /// what a user need not know.
 std::string objection(const CLI::App& program, const CLI::ParseError& error, const std::vector<std::string>& words) {
-  if (words.empty()) return "a command is missing";
+  if (words.empty() || words[0].empty()) return "a command is missing";
   const CLI::App* const command = command_of(program, words);
   if (!command && words[0].starts_with('-')) return named("evenstep has no option", words[0], {"--help", "--version"});
   if (!command) {

@@ -31,6 +31,8 @@ std::filesystem::path default_place();
 /// Lines about the stability of a tissue: method and substeps; longest stable substep, largest stiffness and the particle
 /// that sets them. Empty for a spring. Throws SolverError for a scene that no solver accepts.
 std::string stability_lines(const Scenario& scenario);
+/// The last of them, if the scene is above its limit; empty otherwise.
+std::string instability_line(const Scenario& scenario);
 /// What such a SolverError says, at the place of the scene in the file.
 Diagnostic refusal_of(const Scenario& scenario, const SolverError& error);
 /// Lines with alpha, alpha* and the laws for the devices that render locally, per strategy; empty if there is none.

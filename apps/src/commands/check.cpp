@@ -378,13 +378,18 @@ Diagnostic refusal_of(const Scenario& scenario, const SolverError& error) {
   return {place.file, place.line, place.column, std::string(error.what()) + "; " + error.remedy()};
 }
 
+namespace {
+int substeps_of(const Scenario& scenario, const TissueScene& tissue) {
+  return tissue.substeps > 0 ? tissue.substeps : auto_substeps(tissue, scenario.scene.step_rate);
+}
+}  // namespace
+
 std::string stability_lines(const Scenario& scenario) {
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
   if (tissue == nullptr) return "";
-  const Rate rate = scenario.scene.step_rate;
   const StepLimit limit = step_limit(*tissue);
-  const int substeps = tissue->substeps > 0 ? tissue->substeps : auto_substeps(*tissue, rate);
-  const double substep_s = period_s(rate) / substeps;
+  const int substeps = substeps_of(scenario, *tissue);
+  const double substep_s = period_s(scenario.scene.step_rate) / substeps;
   const std::string method = fmt::format("  method       {}, {} substep{} of {:.4g} ms\n", name_of(tissue->method), substeps,
                                          substeps == 1 ? "" : "s", 1e3 * substep_s);
   if (!std::isfinite(limit.step_s)) return method + "  stability    implicit: stable at any step\n";
@@ -393,9 +398,16 @@ std::string stability_lines(const Scenario& scenario) {
       "substep\n               {}\n",
       1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
       tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), what_sets(*tissue, limit));
-  if (substep_s <= limit.step_s) return method + limits;
-  return method + limits +
-         fmt::format("  UNSTABLE     the substep is {:.4g} times dt_max: {}\n", substep_s / limit.step_s,
+  return method + limits + instability_line(scenario);
+}
+
+std::string instability_line(const Scenario& scenario) {
+  const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue == nullptr) return "";
+  const StepLimit limit = step_limit(*tissue);
+  const double substep_s = period_s(scenario.scene.step_rate) / substeps_of(scenario, *tissue);
+  if (substep_s <= limit.step_s) return "";
+  return fmt::format("  UNSTABLE     the substep is {:.4g} times dt_max: {}\n", substep_s / limit.step_s,
                      scenario.scene.allow_unstable
                          ? "allow_unstable lets it start, and its forces may be wrong or grow without end"
                          : "a run is refused; more substeps, less stiffness, or allow_unstable = true");

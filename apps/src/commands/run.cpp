@@ -266,7 +266,7 @@ void introduce(const Scenario& scenario, const std::string& limits, const RunArg
   if (arguments.clock == "wall")
     fmt::print("runs for {:.3g} s; Ctrl-C ends it earlier and keeps what was recorded until then\n",
                seconds(scenario.run_duration));
-  if (arguments.verbose) fmt::print("{}", limits);
+  fmt::print("{}", limits);
   std::fflush(stdout);
 }
 
@@ -345,7 +345,8 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   if (!missing.empty()) return refuse(file, missing, folder, call);
   std::string limits;
   try {
-    if (!scenario.case_spec) limits = stability_lines(scenario) + rendering_lines(scenario);
+    if (!scenario.case_spec)
+      limits = arguments.verbose ? stability_lines(scenario) + rendering_lines(scenario) : instability_line(scenario);
   } catch (const SolverError& error) {
     return refuse(file, {refusal_of(scenario, error)}, folder, call);
   }
