@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "evenstep/harness/suffered.h"
 #include "evenstep/text/quantity.h"
 #include "scenarios.h"
 #include "src/judge.h"
@@ -29,6 +30,41 @@ const std::string kFailsOnWall = "{ signal = \"run\", metric = \"strategies\", e
 const std::string kFailsOnVirtual = "{ signal = \"run\", metric = \"strategies\", equals = 5, clock = \"virtual\" }";
 
 }  // namespace
+
+TEST_CASE("what a run suffered is said unless an expectation that was judged asks about it") {
+  RunOutcome outcome;
+  outcome.record.strategies.resize(2);
+  for (const int i : {0, 1}) {
+    outcome.record.strategies[static_cast<std::size_t>(i)].name = i == 0 ? "paper" : "direct";
+    outcome.record.strategies[static_cast<std::size_t>(i)].devices.resize(1);
+    outcome.record.strategies[static_cast<std::size_t>(i)].devices[0].name = "left";
+  }
+  CHECK(suffered_lines(outcome).empty());
+  outcome.metrics["left.interaction.paper"] = {{"judged", 50}, {"underruns", 0}};
+  outcome.metrics["left.force.paper"] = {{"underruns", 4}, {"lost", 1}};
+  outcome.metrics["left.force.direct"] = {{"lost", 1}};
+  outcome.metrics["solver.paper"] = {{"non_finite", 3}};
+  const std::string late = "suffered     left.paper: 4 of 50 forces late, 1 reports lost; nothing asserts this\n",
+                    lost = "suffered     left.paper, left.direct: 1 reports lost; nothing asserts this\n",
+                    direct = "suffered     left.direct: 1 reports lost; nothing asserts this\n",
+                    solver = "suffered     paper: 3 values not finite; nothing asserts this\n";
+  CHECK(suffered_lines(outcome) == late + solver + direct);
+  const auto with = [&](const char* signal, const char* metric, Verdict verdict, const char* pattern = "") {
+    RunOutcome asked = outcome;
+    asked.results = {{.signal = signal, .metric = metric, .verdict = verdict, .pattern = pattern}};
+    return suffered_lines(asked);
+  };
+  // By the metric itself, by another one that asks the same, by the device's buffers, by a pattern; also by one that fails.
+  CHECK(with("left.force.paper", "underruns", Verdict::pass) == lost + solver);
+  CHECK(with("left.force.paper", "underrun_rate", Verdict::fail) == lost + solver);
+  CHECK(with("left.buffers.paper", "underruns", Verdict::pass) == lost + solver);
+  CHECK(with("left.force.direct", "underruns", Verdict::pass, "*.force.*") == lost + solver);
+  CHECK(with("solver.paper", "non_finite", Verdict::error) == late + direct);
+  // Not by one that is for the other clock, nor by one about something else.
+  CHECK(with("left.force.paper", "underruns", Verdict::skipped) == late + solver + direct);
+  CHECK(with("left.interaction.paper", "underruns", Verdict::pass) == late + solver + direct);
+  CHECK(with("left.force.paper", "jump_max", Verdict::pass) == late + solver + direct);
+}
 
 TEST_CASE("a run that asserts nothing has no verdict, and exits with 1 unless that is allowed") {
   RunOptions allowed;

@@ -121,6 +121,30 @@ TEST_CASE("JUnit and the table say what is skipped, what is degraded, and where 
   CHECK(table.find("for the wall clock only") == std::string::npos);
 }
 
+TEST_CASE("the table of strategies has the largest values of the devices, and the sums of what they counted") {
+  RunRecord run;
+  run.strategies.resize(2);
+  run.strategies[0].name = "direct";
+  run.strategies[1].name = "paper";
+  for (StrategyRecord& strategy : run.strategies) {
+    strategy.devices.resize(2);
+    strategy.devices[0].name = "left";
+    strategy.devices[1].name = "right";
+  }
+  Metrics metrics;
+  metrics["left.buffers.paper"] = {{"latency", 0.015}};
+  metrics["right.buffers.paper"] = {{"latency", 0.0125}};
+  metrics["left.interaction.paper"] = {{"velocity_jump", 1e-6}, {"underruns", 1}, {"judged", 100}, {"saturated", 5}};
+  metrics["right.interaction.paper"] = {{"velocity_jump", 2.5e-6}, {"underruns", 2}, {"judged", 100}};
+  metrics["left.force.paper"] = {{"jump_max", 0.25}, {"underruns", 7}, {"saturated", 30}};
+  metrics["right.force.paper"] = {{"jump_max", 0.125}};
+  CHECK(
+      lines(strategy_table(run, metrics)) ==
+      std::vector<std::string>{"strategy   latency  jump of hand  jump of force  late forces  missing samples  saturated",
+                               "direct     0.00 ms       0.00 um        0.00 mN            0                0          0",
+                               "paper     15.00 ms       2.50 um      250.00 mN     7 of 200         3 of 200         35"});
+}
+
 TEST_CASE("the verdict table has one aligned row per expectation and says what failed") {
   const std::vector<std::string> rows = lines(verdict_table(synthetic::nasty_results(), false));
   REQUIRE(rows.size() == 1 + 4 + 2);  // a reason under the failure, a detail under the error
