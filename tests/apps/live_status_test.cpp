@@ -53,7 +53,7 @@ TEST_CASE("several devices, each with its state and its force, and a name is nev
   now.devices = {{GuardState::cut_speed, 0}, {GuardState::ramping, 0.0312}};
   now.dropped = 17;
   CHECK(status_line(run, now) ==
-        "left CUT (hand too fast), ri?[2Jght? RAMPING | 998 ticks/s, 450 steps/s | "
+        "left CUT (hand too fast), ri?[2Jght? RAMPING | 499 ticks/s and device, 450 steps/s | "
         "lateness p50 0.00154, p99 0.031, max 0.38 ms (run 7.38) | 2 ticks missed (run 10) | 3 underruns (run 5) | "
         "least margin 1.62 ms (run -0.4) | force 0 of 3 N, 0.0312 of 0.5 N, 4 clamped (run 31) | 17 records not shown | "
         "8 s left, Ctrl-C ends it");

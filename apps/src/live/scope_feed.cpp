@@ -106,7 +106,7 @@ std::string ScopeFeed::figures(const LiveSnapshot& now) {
   for (const LiveSnapshot::Device& device : now.devices) forces.push_back(rounded(device.force_N));
   const LiveSpan &last = now.last, &whole = now.whole;
   return text_of({{"left_s", std::ceil(seconds(now.left))},
-                  {"ticks_per_s", rounded(rate_of(last.counts.ticks, now.span))},
+                  {"ticks_per_s", rounded(rate_of(last.counts.ticks, now.span * std::ssize(now.devices)))},
                   {"steps_per_s", rounded(rate_of(last.counts.steps, now.span))},
                   {"p50_ms", milliseconds(now.lateness_p50)},
                   {"p99_ms", milliseconds(now.lateness_p99)},

@@ -87,7 +87,9 @@ std::vector<Part> parts_of(const WatchedRun& run, const LiveSnapshot& now) {
   };
   std::vector<Part> parts;
   parts.push_back({0, states(run, now), states(run, now)});
-  const std::string ticks = per_second(last.counts.ticks, now.span) + " ticks/s";
+  const auto devices = static_cast<std::int64_t>(run.devices.size());
+  const std::string ticks =
+      per_second(last.counts.ticks, now.span * devices) + (devices > 1 ? " ticks/s and device" : " ticks/s");
   parts.push_back({7, fmt::format("{}, {} steps/s", ticks, per_second(last.counts.steps, now.span)), ticks});
   parts.push_back({2,
                    fmt::format("lateness p50 {}, p99 {}, max {} ms (run {})", in_ms(now.lateness_p50),

@@ -169,7 +169,7 @@
     const both = (last, whole, unit = "") => `${number(last)}${unit} (${number(whole)}${unit})`;
     fill(byId("figures"), [
       ["Time left", `${number(f.left_s)} s`],
-      ["Rates", `${number(f.ticks_per_s)} ticks/s, ${number(f.steps_per_s)} steps/s`],
+      ["Rates", `${number(f.ticks_per_s)} ticks/s${run.devices.length > 1 ? " and device" : ""}, ${number(f.steps_per_s)} steps/s`],
       ["Lateness of the ticks, p50, p99", `${number(f.p50_ms)} ms, ${number(f.p99_ms)} ms`],
       ["Lateness, max", both(f.max_ms, f.max_run_ms, " ms")],
       ["Ticks missed", both(f.missed, f.missed_run)],
