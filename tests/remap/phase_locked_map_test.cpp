@@ -335,6 +335,22 @@ TEST_CASE("a simulator that hung for 1 s: the slots jump over it at once, and ar
   CHECK(run.segment({33'333'330}, 15) < 0.05 * 2'222'222);
 }
 
+TEST_CASE(
+    "a segment of more than four times the mean counts as twice the mean, however long it was, and a shorter one as it is") {
+  const auto pace_after = [](double times) {
+    PhaseLockedMap map({}, {});
+    PeriodicRun run(map);
+    run.start({});
+    for (int k = 0; k < 30; ++k) run.segment({1'000'000'000}, 15);  // longer than H, so that the mean decides
+    run.segment({static_cast<std::int64_t>(times * 1e9)}, 15);
+    return map.period_ns();
+  };
+  CHECK(pace_after(3.9) > pace_after(3));
+  CHECK(pace_after(4.1) == Approx(pace_after(2)).epsilon(1e-12));
+  CHECK(pace_after(5.9) == pace_after(4.1));
+  CHECK(pace_after(100) == pace_after(4.1));
+}
+
 TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") {
   PhaseLockedMap map({}, {});
   PeriodicRun run(map);

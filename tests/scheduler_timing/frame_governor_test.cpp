@@ -288,6 +288,12 @@ TEST_CASE("a drawing that is skipped lets the steps follow at once, one that is 
   for (const std::size_t k : {1, 3}) CHECK(held[k].steps.front().begin - held[k].begin == Duration{4 * kMs});
 }
 
+TEST_CASE("a held pause is as long as the mean of the last eight parts that were drawn, and no older one", "[governor]") {
+  const FrameGovernor governor{.budget = Duration{10 * kMs}, .over_budget = OverBudget::hold, .forecast = 0};
+  const auto held = governed(free_running({9, 2, 2, 2, 2, 2, 4, 4, 4, 25, 4}), governor);
+  CHECK(held[9].steps.front().begin - held[9].begin == Duration{(5 * 2 + 3 * 4) * kMs / 8});
+}
+
 TEST_CASE("a forecast is late by one drawing, and tries again after as many as it looks back", "[governor]") {
   FrameGovernor governor{.budget = Duration{10 * kMs}, .over_budget = OverBudget::skip, .forecast = 2};
   const auto after = governed(free_running({4, 25, 25, 25, 25, 4, 4, 4, 4}), governor);

@@ -95,6 +95,18 @@ TEST_CASE("of forces that travel to the device the bounds judge no map, because 
       text, Contains("they do not judge the map here") && !Contains("the machine") && !Contains("times the pause bound of"));
 }
 
+TEST_CASE("the machine is said to set the latency up to 1.25 times the pause bound, and the map above") {
+  SizeRecord record = size_segments(play({.visualization = {10 * ms}, .step = Duration{1 * ms}}, 90), "", {});
+  record.linear.reset();
+  const std::int64_t latency_ns = strategy_to_use(record)->any_phase.latency.ns;
+  const auto text_at = [&](std::int64_t hundredths) {
+    record.held.pause = Duration{latency_ns * 100 / hundredths};
+    return size_text(record);
+  };
+  CHECK_THAT(text_at(124), Contains("the machine sets the latency") && !Contains("times the pause bound of"));
+  CHECK_THAT(text_at(126), Contains("1.26 times the pause bound of") && !Contains("the machine sets the latency"));
+}
+
 TEST_CASE("a map that waits for future samples does so in each of its numbers") {
   const ReadResult read = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/sources/slower.toml");
   REQUIRE(read);

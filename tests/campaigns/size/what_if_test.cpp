@@ -78,6 +78,14 @@ TEST_CASE("a what-if is read from its text, and its text gives it again", "[what
   CHECK(text_of({}) == "as it is");
 }
 
+TEST_CASE("a simulator that does not know the future looks two drawings back, unless it is told how far", "[what-if]") {
+  const auto row = [](const char* text) { return text_of(causal(parsed(text)).value_or(WhatIf{})); };
+  CHECK(row("budget 20 ms skip") == "budget 20 ms skip, forecast 2");
+  CHECK(row("budget 20 ms hold") == "budget 20 ms hold, forecast 2");
+  CHECK_FALSE(causal(parsed("budget 20 ms skip, forecast 5")));  // the row is the same
+  CHECK_FALSE(causal(parsed("budget 20 ms merge")));             // cuts off, and need not know
+}
+
 TEST_CASE("what is no what-if is refused with what was expected", "[what-if]") {
   CHECK_THAT(refusal(""), Contains("none of split"));
   CHECK_THAT(refusal("halve 2"), Contains("none of split"));

@@ -232,6 +232,23 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("evdev: a device that refuses its first effects twice is used, one that refuses three times is not") {
+  struct Reluctant : ScriptedNode {
+    int refusals = 0;
+    int upload(EvdevEffect& effect) override { return refusals-- > 0 ? EIO : ScriptedNode::upload(effect); }
+  };
+  Reluctant node;
+  EvdevOptions options = evdev_options();
+  options.travel_m = {0.2, 0, 0};
+  EvdevDriver driver(node, options);
+  node.refusals = 2;
+  driver.start();
+  CHECK_FALSE(node.uploads.empty());
+  driver.stop();
+  node.refusals = 3;
+  CHECK_THAT(device_error_of([&] { driver.start(); }), Contains("it refuses a constant force"));
+}
+
 TEST_CASE("evdev: an upload that is refused is repeated, and a device that refuses for ever ends the run") {
   SimulatedEvdevOptions options;
   options.reports.faults = {fault(ReportFault::Kind::write_rejected, 100, 3)};
