@@ -43,11 +43,12 @@ case_a_call_that_is_not_understood_is_refused_in_words_of_our_own() {
   expect 2 "run has no option '-q'; see " run x.toml -q
   expect 2 "diff does not take one more argument, 'c'; see " diff a b c
   expect 2 "evenstep has no option '--frob'; known: --help, --version; see " --frob
-  expect 2 "b is missing: after: the same; see " compare a
+  expect 2 "b is missing: after: what a can be; see " compare a
   no_run_folder
 }
 case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
-  local late=(--set 'timing.visualization="11 ms"' --set 'remap.latency="1 ms"') asked='{ signal = "*.force.*", metric = "judged", min = 1 }'
+  local late=(--set 'timing.visualization="11 ms"' --set 'remap.latency="1 ms"')
+  local asked='{ signal = "*.force.*", metric = "judged", min = 1 }'
   local jitter=$source_dir/scenarios/timing/jitter-10.toml
   expect 0 "suffered     " run "$jitter" "${late[@]}" --set "expect=[$asked]"
   grep -qE '^strategy +latency +jump of hand +jump of force +late forces +missing samples +saturated$' out || fail "no table"

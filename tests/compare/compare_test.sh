@@ -71,7 +71,7 @@ case_usage_and_bad_input_exit_with_2() {
   mkdir new && sed 's/"format":1/"format":2/' a/summary.json >new/summary.json
   expect 2 "is of format 2, and this evenstep reads format 1" compare a new
   expect 3 "cannot be written" compare a a --markdown nowhere/x.md
-  expect 2 "required" compare a
+  expect 2 "b is missing: " compare a
 }
 case_folders_lists_and_summaries_are_compared() {
   "$evenstep" run "$source_dir/scenarios/paper/figure-1-spring.toml" "$source_dir/scenarios/timing/jitter-1.toml" \
