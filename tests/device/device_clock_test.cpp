@@ -118,7 +118,7 @@ TEST_CASE("of 100 random devices the age above the least is known to a few repor
   }
 }
 
-TEST_CASE("a clock is followed up to a difference of 1 %; what differs by more is taken to differ by that") {
+TEST_CASE("a clock is followed up to a difference of 1 %, and one that differs by more is taken to differ by that") {
   CHECK(std::abs(follow({.ppm = 9'000}, 20, 10, 1).ages.clock_rate_error.value()) == Approx(0.009).epsilon(0.02));
   CHECK(std::abs(follow({.ppm = 20'000}, 20, 10, 1).ages.clock_rate_error.value()) == Approx(0.01).epsilon(1e-6));
 }
