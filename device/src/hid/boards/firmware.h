@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -142,6 +143,45 @@ class BoardItems : public Items {
     format(16, axes);
     input(kVariable);
     page(0x0F);
+  }
+  /// What the device says of itself: paused, actuators enabled, safety switch, power, effect playing.
+  void states(int id) {
+    open_report(0x92, id);
+    logical(0, 1);
+    format(1, 5);
+    usages({0x9F, 0xA0, 0xA4, 0xA6, 0x94});
+    input(kVariable);
+    format(3, 1);
+    input(kPadding);
+    close();
+  }
+  /// Of two axes: which an effect acts along, and whether its direction counts instead.
+  void axes_enable() {
+    open(0x55);
+    page(0x01);
+    outputs({0x30, 0x31}, 1, 0, 1);
+    close();
+    page(0x0F);
+    outputs({0x56}, 1, 0, 1);
+    output_padding(5);
+  }
+  /// A collection with a value for each axis, from 0 to `maximum` if one is given.
+  void per_axis(int around, int axes, int bits, std::optional<std::int64_t> maximum = {}) {
+    open(around);
+    if (maximum) logical(0, *maximum);
+    for (int axis = 1; axis <= axes; ++axis) item(0x08, 0x0A0000 + axis, 4);
+    format(bits, axes);
+    output(kVariable);
+    close();
+  }
+  /// A command to the whole device, counted from 1.
+  void device_control(int id) {
+    open_report(0x96, id);
+    usages({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C});
+    logical(1, 6);
+    format(8, 1);
+    output(kArray);
+    close();
   }
   void constant_force(int id, int largest) {
     block_report(0x73, id);

@@ -106,14 +106,7 @@ class OpenFfBoard final : public Firmware {
 std::vector<std::byte> OpenFfBoard::report_descriptor() const {
   BoardItems at;
   at.joystick(64, 8);
-  at.open_report(0x92, kState);
-  at.logical(0, 1);
-  at.format(1, 5);
-  at.usages({0x9F, 0xA0, 0xA4, 0xA6, 0x94});
-  at.input(BoardItems::kVariable);
-  at.format(3, 1);
-  at.input(BoardItems::kPadding);
-  at.close();
+  at.states(kState);
 
   at.block_report(0x21, kSetEffect);
   at.effect_type();
@@ -130,24 +123,14 @@ std::vector<std::byte> OpenFfBoard::report_descriptor() const {
   at.page(0x0F);
   at.outputs({0x56}, 1, 0, axes_ == 1 ? 0 : 1);
   at.output_padding(7 - axes_);
-  for (const int usage : {0x57, 0x58}) {  // Direction, Type Specific Block Offset
-    at.open(usage);
-    at.logical(0, usage == 0x57 ? 36'000 : 32'765);
-    for (int axis = 1; axis <= axes_; ++axis) at.item(0x08, 0x0A0000 + axis, 4);
-    at.format(16, axes_);
-    at.output(BoardItems::kVariable);
-    at.close();
-  }
+  at.per_axis(0x57, axes_, 16, 36'000);  // Direction
+  at.per_axis(0x58, axes_, 16, 32'765);  // Type Specific Block Offset
   at.close();
 
   at.envelope(kSetEnvelope, 32'767);
   at.block_report(0x5F, kSetCondition);
   at.outputs({0x23}, axes_ == 1 ? 6 : 4, 0, 3);
-  at.open(0x58);
-  for (int axis = 1; axis <= axes_; ++axis) at.item(0x08, 0x0A0000 + axis, 4);
-  at.format(2, axes_);
-  at.output(BoardItems::kVariable);
-  at.close();
+  at.per_axis(0x58, axes_, 2);
   at.outputs({0x60, 0x61, 0x62}, 16, -32'768, 32'767);
   at.outputs({0x63, 0x64, 0x65}, 16, 0, 32'767);
   at.close();

@@ -101,14 +101,7 @@ class StrictBoard final : public Firmware {
 std::vector<std::byte> StrictBoard::report_descriptor() const {
   BoardItems at;
   at.joystick(8, 2);
-  at.open_report(0x92, kState);
-  at.logical(0, 1);
-  at.format(1, 5);
-  at.usages({0x9F, 0xA0, 0xA4, 0xA6, 0x94});
-  at.input(BoardItems::kVariable);
-  at.format(3, 1);
-  at.input(BoardItems::kPadding);
-  at.close();
+  at.states(kState);
 
   at.block_report(0x21, kSetEffect);
   at.effect_type();
@@ -116,20 +109,8 @@ std::vector<std::byte> StrictBoard::report_descriptor() const {
   at.outputs({0x50}, 16, 0, 32'767);
   at.unit(0, 0);
   at.outputs({0x52}, 8, 0, 255);
-  at.open(0x55);
-  at.page(0x01);
-  at.outputs({0x30, 0x31}, 1, 0, 1);
-  at.close();
-  at.page(0x0F);
-  at.outputs({0x56}, 1, 0, 1);
-  at.output_padding(5);
-  at.open(0x57);
-  at.logical(0, 36'000);
-  at.item(0x08, 0x0A0001, 4);
-  at.item(0x08, 0x0A0002, 4);
-  at.format(16, 2);
-  at.output(BoardItems::kVariable);
-  at.close();
+  at.axes_enable();
+  at.per_axis(0x57, 2, 16, 36'000);
   at.close();
 
   at.block_report(0x5F, kSetCondition);
@@ -141,12 +122,7 @@ std::vector<std::byte> StrictBoard::report_descriptor() const {
   at.constant_force(kConstantForce, 32'767);
   at.operation(kOperation);
   at.block_free(kBlockFree);
-  at.open_report(0x96, kControl);
-  at.usages({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C});
-  at.logical(1, 6);
-  at.format(8, 1);
-  at.output(BoardItems::kArray);
-  at.close();
+  at.device_control(kControl);
   at.gain(kGain);
   at.create_effect(kCreate);
   at.block_load(kLoad);
