@@ -87,10 +87,10 @@ case_pkg_config_finds_it() {
     [[ evenstep\ $(pkg-config --modversion "$package") == "$version" ]] || fail "$package: another version"
   done
   eval "flags=($(pkg-config --cflags --libs evenstep-scheduler))"
-  quietly "${CXX:-c++}" -std=c++20 "$source_dir/examples/scheduler/two_lanes.cpp" -o two_lanes "${flags[@]}"
+  quietly "${CXX:-c++}" -std=c++20 "$source_dir/examples/scheduler/two_lanes.cpp" -o two_lanes "${flags[@]}" ${LDFLAGS-}
   ./two_lanes | grep -q '12 ticks' || fail "the program does not run"
   eval "flags=($(pkg-config --cflags --libs evenstep))"
-  quietly "${CXX:-c++}" -std=c++20 "$source_dir/apps/main.cpp" -o my_evenstep "${flags[@]}"
+  quietly "${CXX:-c++}" -std=c++20 "$source_dir/apps/main.cpp" -o my_evenstep "${flags[@]}" ${LDFLAGS-}
   [[ $(./my_evenstep --version) == "$version" ]] || fail "the program does not run"
 }
 
