@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 
 #include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
@@ -114,7 +115,7 @@ std::string lacking_line(const SolverRecord& solver) {
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& program, const std::string& reproduce, bool verbose) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
-  if (!verbose && !outcome.record.strategies.empty()) fmt::print("{}", strategy_table(outcome.record, outcome.metrics));
+  if (!verbose) fmt::print("{}", strategy_table(outcome.record, outcome.metrics));
   if (!outcome.results.empty())
     verbose ? fmt::print("{}", verdict_table(outcome.results, colour)) : print_failures(outcome.results, colour);
   if (!outcome.failure.empty()) fmt::print("stopped: {}\n", with_program(outcome.failure, program));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
 #include <vector>
 
 #include "evenstep/reports/writers.h"
@@ -14,23 +16,35 @@ constexpr std::size_t kFigures = 7;
 using FiguresOfStrategy = std::array<std::string, kFigures>;
 
 FiguresOfStrategy figures_of(const StrategyRecord& strategy, const Metrics& metrics) {
-  double latency_s = 0, hand_m = 0, force_N = 0, late = 0, missing = 0, judged = 0, saturated = 0;
+  const auto value = [&](const DeviceRecord& device, const char* what, const char* metric) {
+    return value_or_0(metrics, device.name + what + strategy.name, metric);
+  };
+  // Of the devices that have this value: what was not measured is no 0.
+  const auto largest = [&](const char* what, const char* metric, double scale, const char* unit) {
+    std::string text = "-";
+    double most = 0;
+    for (const DeviceRecord& device : strategy.devices) {
+      const auto values = metrics.find(device.name + what + strategy.name);
+      if (values == metrics.end()) continue;
+      const auto found = values->second.find(metric);
+      if (found == values->second.end() || !std::isfinite(found->second)) continue;
+      most = std::max(most, found->second);
+      text = fmt::format("{:.2f} {}", scale * most, unit);
+    }
+    return text;
+  };
+  double late = 0, missing = 0, judged = 0, saturated = 0;
   for (const DeviceRecord& device : strategy.devices) {
-    const auto signal = [&](const char* what) { return device.name + what + strategy.name; };
-    const auto value = [&](const char* what, const char* metric) { return value_or_0(metrics, signal(what), metric); };
-    latency_s = std::max(latency_s, value(".buffers.", "latency"));
-    hand_m = std::max(hand_m, value(".interaction.", "velocity_jump"));
-    force_N = std::max(force_N, value(".force.", "jump_max"));
-    late += value(".force.", "underruns");
-    missing += value(".interaction.", "underruns");
-    judged += value(".interaction.", "judged");
-    saturated += value(".force.", "saturated") + value(".interaction.", "saturated");
+    late += value(device, ".force.", "underruns");
+    missing += value(device, ".interaction.", "underruns");
+    judged += value(device, ".interaction.", "judged");
+    saturated += value(device, ".force.", "saturated") + value(device, ".interaction.", "saturated");
   }
   const auto of = [&](double count) { return count > 0 ? fmt::format("{} of {}", count, judged) : std::string("0"); };
   return {strategy.name,
-          fmt::format("{:.2f} ms", 1e3 * latency_s),
-          fmt::format("{:.2f} um", 1e6 * hand_m),
-          fmt::format("{:.2f} mN", 1e3 * force_N),
+          largest(".buffers.", "latency", 1e3, "ms"),
+          largest(".interaction.", "velocity_jump", 1e6, "um"),
+          largest(".force.", "jump_max", 1e3, "mN"),
           of(late),
           of(missing),
           fmt::format("{}", saturated)};
@@ -39,6 +53,7 @@ FiguresOfStrategy figures_of(const StrategyRecord& strategy, const Metrics& metr
 }  // namespace
 
 std::string strategy_table(const RunRecord& run, const Metrics& metrics) {
+  if (metrics.empty()) return "";
   std::vector<FiguresOfStrategy> rows{
       {"strategy", "latency", "jump of hand", "jump of force", "late forces", "missing samples", "saturated"}};
   for (const StrategyRecord& strategy : run.strategies) rows.push_back(figures_of(strategy, metrics));
