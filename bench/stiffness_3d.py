@@ -1,9 +1,9 @@
-"""Largest stable stiffness on the lattice tissue, in three dimensions and for two hands: docs/stiffness.md.
+"""Largest stable stiffness on the lattice tissue, in three dimensions and for two hands: docs/forces/stiffness.md.
 
-stiffness_3d.py run EVENSTEP docs/stiffness-3d.csv [RENDER ...]    searches (some minutes) and writes the table
-stiffness_3d.py scene EVENSTEP docs/stiffness-3d.csv SCENE         only this scene, such as sliding
-stiffness_3d.py tables docs/stiffness-3d.csv                       the tables of the page that the CSV holds
-stiffness_3d.py plot docs/stiffness-3d.csv docs/images/stiffness-3d.svg
+stiffness_3d.py run EVENSTEP docs/forces/stiffness-3d.csv [RENDER ...]    searches (some minutes) and writes the table
+stiffness_3d.py scene EVENSTEP docs/forces/stiffness-3d.csv SCENE         only this scene, such as sliding
+stiffness_3d.py tables docs/forces/stiffness-3d.csv                       the tables of the page that the CSV holds
+stiffness_3d.py plot docs/forces/stiffness-3d.csv docs/images/stiffness-3d.svg
 """
 import csv
 import json

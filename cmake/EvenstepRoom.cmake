@@ -21,7 +21,7 @@ if(EVENSTEP_SANITIZE)
   include(${CMAKE_CURRENT_LIST_DIR}/EvenstepSanitize.cmake)
 endif()
 
-# The oldest versions that evenstep has been built and tested with (Debian 12's; docs/install.md).
+# The oldest versions that evenstep has been built and tested with (Debian 12's; docs/begin/install.md).
 set(EVENSTEP_OLDEST_fmt 9.1)
 set(EVENSTEP_OLDEST_spdlog 1.10)
 set(EVENSTEP_OLDEST_glm 0.9.9)
@@ -61,7 +61,8 @@ macro(evenstep_find out)
   endforeach()
 endmacro()
 
-# Runs take as long with these rooms at -O1 (docs/testing.md), and they compile in three quarters of the time of -O2.
+# Runs take as long with these rooms at -O1 (docs/internals/testing.md), and they compile in three quarters of the time of
+# -O2.
 set(EVENSTEP_ROOMS_AT_O1 apps campaigns catalogue format harness inverse3 pages plugins reports_writers text)
 
 function(evenstep_room name)

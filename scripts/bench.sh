@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
+# Builds and runs the benchmarks and prints their tables, least and median of the repetitions
+# (docs/internals/performance.md):
 #   scripts/bench.sh                  all
 #   scripts/bench.sh scheduler        the tables named: scheduler paths sizing solver features figure-1
 #   scripts/bench.sh tick             how late a thread wakes 1000 times a second, by how it waits and what it is granted

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tables and plot of docs/pauses.md: what each what-if of `evenstep size` gives on the recordings that are shipped.
+"""Tables and plot of docs/choose/pauses.md: what each what-if of `evenstep size` gives on the recordings that are shipped.
 
   scripts/pauses.py PROGRAM [--svg FILE] [RECORDING.csv ...]     default: all of scenarios/recorded
 

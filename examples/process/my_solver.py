@@ -1,4 +1,4 @@
-"""A damped spring between the tool and the origin, as a process of its own: docs/process-protocol.md."""
+"""A damped spring between the tool and the origin, as a process of its own: docs/parts/process-protocol.md."""
 import json
 import struct
 import sys

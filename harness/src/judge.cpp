@@ -434,7 +434,7 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     }
     if (is_recovery(expectation.metric) && scenario.faults.empty() && !scenario.has_faults_off) {
       error(at.metric, fmt::format("'{}' has no value here: no fault is programmed, so there is nothing to recover from; "
-                                   "docs/recovery.md says what a fault is",
+                                   "docs/timings/recovery.md says what a fault is",
                                    expectation.metric));
       continue;
     }

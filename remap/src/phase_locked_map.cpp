@@ -7,7 +7,7 @@
 namespace evenstep {
 namespace {
 
-// Chosen by measurement on the recordings and on random schedules (docs/numerics.md).
+// Chosen by measurement on the recordings and on random schedules (docs/choose/numerics.md).
 constexpr double kMostJump = 0.07;     // A / P
 constexpr double kPull = 3;            // k N^: within a segment an error shrinks to e^-3 of its size
 constexpr double kMostPull = 0.25;     // k

@@ -1,5 +1,5 @@
 #pragma once
-/// Measures of the signal "closed_loop.<device>.<strategy>": docs/metrics.md.
+/// Measures of the signal "closed_loop.<device>.<strategy>": docs/reference/metrics.md.
 
 #include <map>
 #include <string>

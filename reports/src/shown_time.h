@@ -1,5 +1,5 @@
 #pragma once
-/// Which simulation time a device shows at a tick, and the animation error that follows from it (docs/metrics.md).
+/// Which simulation time a device shows at a tick, and the animation error that follows from it (docs/reference/metrics.md).
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 #pragma once
-/// Compares the force that was sent with the force without delay (docs/metrics.md).
+/// Compares the force that was sent with the force without delay (docs/reference/metrics.md).
 
 #include <map>
 #include <optional>

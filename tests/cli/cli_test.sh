@@ -769,7 +769,7 @@ case_check_says_what_governor_faults_and_source_will_do() {
     check "$merge" "${short[@]}"
   "$evenstep" check "$merge" "${short[@]}" --json >check.json 2>err || fail "exit"
   "$evenstep" check x.toml "${faults[@]}" --json >faults.json 2>err || fail "exit"
-  # A source: the check knows the closed forms of docs/sources.md, and how many entries are needed.
+  # A source: the check knows the closed forms of docs/choose/sources.md, and how many entries are needed.
   expect 0 "; at least phase_locked 15.999999 ms, linear 15.999999 ms, polyphase 45.999999 ms, " \
     check "$source_dir/scenarios/sources/slower-clean.toml"
   grep -qF "  source       delay 3 ms, jitter 0 ms, lost 0 %, late 0 % by 0 ms, clock 0 ppm; " out || fail "the source"

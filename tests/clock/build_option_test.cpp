@@ -40,7 +40,7 @@ TEST_CASE("what a build lacks is refused with its name, what else would do, and 
 
 TEST_CASE("each build option is one of CMake, with a row on the page, and needs packages that are installed") {
   const std::string cmake = text_of("CMakeLists.txt") + text_of("cmake/EvenstepBeast.cmake"),
-                    page = text_of("docs/install.md"), packages = text_of("scripts/packages.txt");
+                    page = text_of("docs/begin/install.md"), packages = text_of("scripts/packages.txt");
   for (const BuildOption& option : kBuildOptions) {
     INFO(option.name);
     CHECK(cmake.find("option(" + std::string(option.name) + " ") != std::string::npos);

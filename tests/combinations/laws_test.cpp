@@ -1,4 +1,4 @@
-// What must hold for every scenario, whatever keys meet in it (docs/testing.md has the laws and their reasons).
+// What must hold for every scenario, whatever keys meet in it (docs/internals/testing.md has the laws and their reasons).
 #include <fmt/format.h>
 
 #include <algorithm>

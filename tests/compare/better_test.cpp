@@ -39,7 +39,7 @@ std::string between(const std::string& page, const std::string& begin) {
 }  // namespace
 
 TEST_CASE("the page about comparisons lists which way every metric gets better") {
-  std::ifstream in(std::string(EVENSTEP_SOURCE_DIR) + "/docs/compare.md");
+  std::ifstream in(std::string(EVENSTEP_SOURCE_DIR) + "/docs/begin/compare.md");
   const std::string page((std::istreambuf_iterator<char>(in)), {});
   CHECK(between(page, "<!-- less -->") == list_of(Better::less));
   CHECK(between(page, "<!-- more -->") == list_of(Better::more));

@@ -62,7 +62,7 @@ TEST_CASE("the largest stiffness is where the rendered damping takes away all of
 }
 
 TEST_CASE("springs of the device's own are held for its own period and what is steeper for the loop's") {
-  // Measured (docs/stiffness.md) within 1 %: 7980 to 8050; 2725 to 2749, 3480 to 3510 and 4978 to 5022 N/m.
+  // Measured (docs/forces/stiffness.md) within 1 %: 7980 to 8050; 2725 to 2749, 3480 to 3510 and 4978 to 5022 N/m.
   const auto with_own = [](double own_N_per_m) {
     LoopDelays loop = reference();
     loop.own_N_per_m = own_N_per_m;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every fenced block of README.md, ARCHITECTURE.md and docs/*.md, run or checked.
+"""Every fenced block of README.md, ARCHITECTURE.md and the pages of docs/, run or checked.
 
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE          one page, without what exceptions.txt calls long
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE --long   its long commands, with their output
@@ -121,7 +121,7 @@ set_target_properties(evenstep::evenstep PROPERTIES IMPORTED_LOCATION "{self.pro
 include("{self.source}/cmake/EvenstepScenarios.cmake")
 """)
         (self.work / "long").mkdir()
-        for name in ("timing.csv", "long/timing.csv"):  # docs/advise.md has a longer second one, which takes half a minute
+        for name in ("timing.csv", "long/timing.csv"):  # docs/choose/advise.md has a longer second one, which takes half a minute
             shutil.copy(self.source / "scenarios/recorded/small-paced30-basic.csv", self.work / name)
         mine = next(lines for _, info, lines in fenced_blocks(self.source / "README.md") if info == "toml")
         (self.work / "my.toml").write_text("\n".join(mine) + "\n")
@@ -293,7 +293,7 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
 
 
 def pages(source):
-    return [str(page.relative_to(source)) for folder in (source, source / "docs") for page in sorted(folder.glob("*.md"))]
+    return [str(page.relative_to(source)) for glob in ("*.md", "docs/**/*.md") for page in sorted(source.glob(glob))]
 
 
 def check_exceptions(source):

@@ -1,6 +1,6 @@
 #pragma once
 // Physics engines of others as solvers of evenstep. Nothing in evenstep knows them: this folder shows how to add an engine
-// (docs/engines.md).
+// (docs/parts/engines.md).
 
 #include <memory>
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The examples of docs/extending.md as patches:
+# The examples of docs/parts/extending.md as patches:
 #   extending_test.sh SOURCE_DIR count              each patch applies and changes no more existing code files than promised
 #   extending_test.sh SOURCE_DIR build WORK_DIR     with all patches, a copy builds, keeps the room rules, and each example
 #                                                   works

@@ -26,7 +26,7 @@ std::string cell(std::string text) {
   return text;
 }
 
-/// The tables of docs/scenario-format.md, between its two markers.
+/// The tables of docs/reference/scenario-format.md, between its two markers.
 std::string key_tables() {
   std::string out;
   for (const std::string_view table : tables()) {
@@ -66,7 +66,7 @@ std::string unit_table() {
 }
 
 std::string document() {
-  std::ifstream file(EVENSTEP_SOURCE_DIR "/docs/scenario-format.md");
+  std::ifstream file(EVENSTEP_SOURCE_DIR "/docs/reference/scenario-format.md");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
@@ -183,8 +183,8 @@ TEST_CASE("The fuzzer's dictionary has every key and word and unit of the tables
   for (const Unit& unit : units()) CHECK(tokens.count(fmt::format("\" {}\"", unit.name)) == 1);
 }
 
-TEST_CASE("print the key tables of docs/scenario-format.md", "[.print-keys]") { std::cout << key_tables(); }
-TEST_CASE("print the unit table of docs/scenario-format.md", "[.print-units]") { std::cout << unit_table(); }
+TEST_CASE("print the key tables of docs/reference/scenario-format.md", "[.print-keys]") { std::cout << key_tables(); }
+TEST_CASE("print the unit table of docs/reference/scenario-format.md", "[.print-units]") { std::cout << unit_table(); }
 
 TEST_CASE("The schema is JSON of draft 4 that names every key and word once more") {
   const std::string schema = scenario_schema();

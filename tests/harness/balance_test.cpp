@@ -208,7 +208,7 @@ TEST_CASE("a minute live while every core is loaded loses nothing without counti
   check_live(run_busy("60 s"), 60'000);
 }
 
-// docs/busy.md shows what this test printed.
+// docs/devices/busy.md shows what this test printed.
 TEST_CASE("ten minutes live while every core is loaded lose nothing without counting it", "[.ten-minutes]") {
   const testing::TemporaryFolder folder;
   std::map<int, std::int64_t> resident_at;  // minute -> MiB

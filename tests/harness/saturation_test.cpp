@@ -151,7 +151,7 @@ TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whateve
     for (const std::string& line : set) UNSCOPED_INFO(line);
     const auto& steps = outcome.metrics.at("left.interaction.phase_locked");
     const auto& ticks = outcome.metrics.at("left.force.phase_locked");
-    // Instants are whole nanoseconds. Each of two neighbouring slots is off by up to 4.5e-7 step (docs/numerics.md).
+    // Instants are whole nanoseconds. Each of two neighbouring slots is off by up to 4.5e-7 step (docs/choose/numerics.md).
     const double step_m = 0.1 / 450, step_N = 200 * step_m, floor = 1e-6;
     CHECK(steps.at("velocity_jump") <= floor * step_m);
     CHECK(steps.at("deviation_max") <= floor * step_m);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # debian_test.sh SOURCE_DIR BUILD_DIR : makes the Debian packages of the build, and installs, uses and removes them in a new
 # Debian of this machine's release (tests/distro/new_debian.sh). debian_test.sh commands : prints how the packages are made,
-# as in docs/install.md
+# as in docs/begin/install.md
 set -euo pipefail
 commands=$'cmake --preset release\ncmake --build build\ncpack --config build/CPackConfig.cmake -B packages'
 if [[ $1 == commands ]]; then

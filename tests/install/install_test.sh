@@ -211,7 +211,7 @@ case_a_compiler_or_library_that_is_too_old_is_refused_with_its_version() {
     echo 'set(PACKAGE_VERSION_COMPATIBLE ON)' >"$package/${package}ConfigVersion.cmake"
   done
 }
-# The commands of docs/install.md, exactly as they are there, and the project that its listings make.
+# The commands of docs/begin/install.md, exactly as they are there, and the project that its listings make.
 case_the_page_says_what_works() {
   source "$source_dir/tests/install/page.sh"
 }

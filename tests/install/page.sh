@@ -1,7 +1,8 @@
 # shellcheck shell=bash disable=SC2154
-# Runs the commands and listings of docs/install.md exactly as they are there, in the home of a user who has nothing yet.
-# install_test.sh sources this file. Only the block that builds all of evenstep is not run again, except for its last line.
-page=$source_dir/docs/install.md
+# Runs the commands and listings of docs/begin/install.md exactly as they are there, in the home of a user who has nothing
+# yet. install_test.sh sources this file. Only the block that builds all of evenstep is not run again, except for its last
+# line.
+page=$source_dir/docs/begin/install.md
 
 # block NAME : the lines of the block below <!-- page: NAME -->
 block() {

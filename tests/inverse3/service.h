@@ -1,6 +1,7 @@
 #pragma once
 // A simulated Haply Inverse Service on a port of this machine, with a simulated hand behind it, and with faults. It was
-// written after other clients than the driver (docs/inverse3.md): it sends what those read and accepts what those send.
+// written after other clients than the driver (docs/devices/inverse3.md): it sends what those read and accepts what those
+// send.
 
 #include <cstdint>
 #include <functional>

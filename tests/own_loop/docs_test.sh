@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# docs_test.sh ROOT PROGRAM... : checks that every ```cpp block of docs/own-loop.md is in the file that its first line names,
-# and that every ```console block is what the PROGRAM that it names prints. Exit 1 if not.
+# docs_test.sh ROOT PROGRAM... : checks that every ```cpp block of docs/parts/own-loop.md is in the file that its first line
+# names, and that every ```console block is what the PROGRAM that it names prints. Exit 1 if not.
 set -uo pipefail
 root=$1
 shift
 declare -A programs=()
 for program in "$@"; do programs[$(basename "$program" | sed 's/^example_//')]=$program; done
 failures=0 blocks=0
-fail() { printf 'docs/own-loop.md: %s\n' "$1"; failures=$((failures + 1)); }
+fail() { printf 'docs/parts/own-loop.md: %s\n' "$1"; failures=$((failures + 1)); }
 
 # check KIND TEXT
 check() {
@@ -30,7 +30,7 @@ while IFS= read -r line; do
     cpp'```' | console'```') check "$kind" "$text"; kind='' ;;
     *) text+=$line$'\n' ;;
   esac
-done <"$root/docs/own-loop.md"
+done <"$root/docs/parts/own-loop.md"
 ((blocks >= 8)) || fail "only $blocks blocks were found"
 ((failures == 0)) && echo "$blocks blocks are as the examples have them"
 ((failures == 0))

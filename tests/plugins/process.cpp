@@ -1,5 +1,5 @@
 // A process solver that does what its first argument says. "good" is F = -200 x. It was written from
-// docs/process-protocol.md.
+// docs/parts/process-protocol.md.
 #include <unistd.h>
 
 #include <cmath>

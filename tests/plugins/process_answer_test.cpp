@@ -1,4 +1,4 @@
-// The bytes of docs/process-protocol.md.
+// The bytes of docs/parts/process-protocol.md.
 #include "src/process_answer.h"
 #include "catch.h"
 

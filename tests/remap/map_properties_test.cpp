@@ -249,7 +249,7 @@ const char* p9_equivariant(const Schedule& schedule, Draw draw) {
 }
 
 /// With one step per segment and lengths that grow by r, the jump of `paper` goes to r / weight and the lag of phase_locked
-/// to r ((1 / 0.3 - 1 + H / T) / 0.25 - H / T), see docs/numerics.md.
+/// to r ((1 / 0.3 - 1 + H / T) / 0.25 - H / T), see docs/choose/numerics.md.
 const char* p11_drift(Draw draw) {
   const double weight = 0.2 + 0.8 * draw.unit();
   const double bandwidth_Hz = 1.5 + 2 * draw.unit();
@@ -453,7 +453,7 @@ TEST_CASE("a failing schedule is shrunk to its first failing segment, and writte
 }
 
 TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump, at any phase") {
-  // 1 ns of a slot of 1/450 s is 4.5e-7 step; two roundings of 1 ns are 9e-7 (docs/numerics.md).
+  // 1 ns of a slot of 1/450 s is 4.5e-7 step; two roundings of 1 ns are 9e-7 (docs/choose/numerics.md).
   constexpr double slot_ns = 1e9 / 450;
   for (int phase = 0; phase < 200; ++phase) {
     const RealTime origin{phase * 166'667LL + phase};

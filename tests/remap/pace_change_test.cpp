@@ -62,7 +62,7 @@ Outcome outcome(const Pace& to) {
 
 }  // namespace
 
-TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as in the table of docs/numerics.md") {
+TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as in the table of docs/choose/numerics.md") {
   // The latency has the digits of the table, the jump is rounded up, the recovery is exact.
   struct Row {
     const char* change;

@@ -449,5 +449,5 @@ TEST_CASE("with N redrawn, jitter, hangs and pauses: 3 times the best line in 99
   const Ratio usual = ratios[ratios.size() * 99 / 100], worst = ratios.back();
   WARN("99th percentile " << usual.times_best_line << ", worst " << worst.times_best_line << " of seed " << worst.seed);
   CHECK(usual.times_best_line <= 3);
-  CHECK(worst.times_best_line < 11);  // measured 10.3; docs/numerics.md says what it consists of
+  CHECK(worst.times_best_line < 11);  // measured 10.3; docs/choose/numerics.md says what it consists of
 }

@@ -147,7 +147,7 @@ Rates rates_of(const Kind& kind, std::size_t bins, int seeds) {
 
 }  // namespace
 
-// test_reports "[.rates]" prints the rates that docs/metrics.md states.
+// test_reports "[.rates]" prints the rates that docs/reference/metrics.md states.
 TEST_CASE("how often each growth is named", "[.rates]") {
   for (const Kind& kind : kKinds) {
     for (const std::size_t bins : {20, 60, 119}) {

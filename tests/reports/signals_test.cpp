@@ -40,8 +40,8 @@ TEST_CASE("step is v * slot for interaction, k * v * slot for a spring's force, 
   CHECK_FALSE(step_unit(nominal, "left.interaction.direct"));
 }
 
-TEST_CASE("every metric that a run gives is known, has a unit and stands in docs/metrics.md") {
-  std::ifstream file(EVENSTEP_SOURCE_DIR "/docs/metrics.md");
+TEST_CASE("every metric that a run gives is known, has a unit and stands in docs/reference/metrics.md") {
+  std::ifstream file(EVENSTEP_SOURCE_DIR "/docs/reference/metrics.md");
   std::stringstream page;
   page << file.rdbuf();
   RunRecord run = synthetic::reference_run();

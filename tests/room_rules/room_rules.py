@@ -174,7 +174,7 @@ RANDOM = ("scheduler/src/random.cpp", "tests/sim/solver_test.cpp"), ()
 HEADERS = ("harness/include/evenstep/harness/a.h", "clock/time/include/evenstep/time/a.h"), ("harness/src/a.cpp",)
 PROCESSES = ("harness/src/run.cpp",), ("scenarios/reader/plugins/src/child_start.cpp",)
 SOCKETS = ("device/src/hid/hidapi_transport.cpp",), ("device/src/inverse3/inverse3_socket.cpp",)
-WORDS = ("sim/src/solver.cpp", "docs/metrics.md"), ()
+WORDS = ("sim/src/solver.cpp", "docs/reference/metrics.md"), ()
 PROOFS = [
     ("OpenCL", "#include <CL/cl.h>", ["sim/src/solver.cpp"], ["sim/opencl/tissue_solver.cpp"]),
     ("OpenCL", '#  include "CL/opencl.hpp"', ["harness/src/run.cpp"], []),

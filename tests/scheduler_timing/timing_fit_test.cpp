@@ -390,7 +390,7 @@ TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,
     if (seed % 5 == 0) timing.regimes = Regimes{1.6, 8, 0.2};
     invented += fitted(timing, 300).timing.hitch.has_value();
   }
-  CHECK(invented <= 1);  // by chance in one of a thousand, see docs/timing.md
+  CHECK(invented <= 1);  // by chance in one of a thousand, see docs/timings/timing.md
 }
 
 TEST_CASE("fit: uniform jitter comes back as such, and log-normal jitter does not, 200 schedules of each") {

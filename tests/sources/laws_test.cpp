@@ -1,4 +1,4 @@
-// The laws of docs/sources.md on whole runs.
+// The laws of docs/choose/sources.md on whole runs.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Prints the tables of docs/sources.md: test_sources "[.table]"
+// Prints the tables of docs/choose/sources.md: test_sources "[.table]"
 #include <fmt/format.h>
 
 #include <cstdio>

@@ -183,7 +183,7 @@ void add_advise(Commands& commands) {
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
   command.repeated("--bandwidth", arguments.bandwidths, "of phase_locked, each a choice; default \"1 Hz\" and \"2 Hz\"");
   command.repeated("--renderer", arguments.renderers,
-                   "hold, linear, local or device_spring, each a choice; default all (docs/stiffness.md)");
+                   "hold, linear, local or device_spring, each a choice; default all (docs/forces/stiffness.md)");
   command.repeated("--what-if", arguments.what_ifs,
                    "a change of the simulator, each a choice: \"split 2\", \"budget 20 ms\", \"pace 90 %\", \"own-lane\"; "
                    "default such ones; none");

@@ -264,7 +264,7 @@ void add_size(Commands& commands) {
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");
   command.repeated("--budget", arguments.budget,
-                   "\"20 ms [merge|skip|hold]\": what if a pause could take at most that (docs/pauses.md)");
+                   "\"20 ms [merge|skip|hold]\": what if a pause could take at most that (docs/choose/pauses.md)");
   command.repeated("--pace", arguments.pace, "\"90 %\", \"33 ms\": what if segments kept to a grid");
   command.repeated("--own-lane", arguments.own_lane,
                    "factor: what if drawings had a lane of their own, and steps beside one were so many times slower");
@@ -277,7 +277,7 @@ void add_size(Commands& commands) {
   command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
   command.flag("--other-maps", arguments.other_maps,
-               "also JACK's loop and liblsl's line, for comparison (docs/alternatives.md)");
+               "also JACK's loop and liblsl's line, for comparison (docs/choose/alternatives.md)");
   command.flag("--json", arguments.json, "the numbers instead of the table");
   add_recording_options(command, arguments.recording);
 }

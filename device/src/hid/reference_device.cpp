@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint8_t kInputId = 1;
 constexpr std::uint8_t kOutputId = 2;
 
-/// docs/reference-device.md explains it byte by byte. HID's "SI linear" unit system uses centimetres and grams:
+/// docs/devices/reference-device.md explains it byte by byte. HID's "SI linear" unit system uses centimetres and grams:
 /// 1 nm = 1e-7 cm, and 1 uN = 1e-1 g cm/s^2, hence the exponents -7 and -1 (a 4-bit two's complement nibble).
 constexpr std::uint8_t kDescriptor[] = {
     0x06, 0x00,      0xFF,                    // Usage Page (vendor-defined 0xFF00)

@@ -12,7 +12,7 @@
 namespace evenstep::internal {
 
 /// A limit, so that a device that reports faster than it is read cannot hang the tick. It is 16 times what any known queue
-/// holds. An empty hidapi read takes 0.3 to 0.6 us (docs/reference-device.md), so this is about half of a 1 ms tick.
+/// holds. An empty hidapi read takes 0.3 to 0.6 us (docs/devices/reference-device.md), so this is about half of a 1 ms tick.
 inline constexpr int kMaxReadsPerTick = 1024;
 
 [[noreturn]] inline void throw_gone(const HidTransport& transport) {

@@ -135,7 +135,7 @@ Duration memory_of(const SourceForces& source, const StrategyPlan& plan) {
   const ResamplerSpec& spec = std::get<ResamplerSpec>(source.play);
   if (spec.kind == Resampling::polyphase) return spec.period * spec.taps + longest_gap(plan.sizing.steps);
   if (spec.kind != Resampling::holt_winters) return {};
-  // The larger eigenvalue of its recurrence on a line (docs/sources.md): determinant 1 - a, trace 2 - a - a g.
+  // The larger eigenvalue of its recurrence on a line (docs/choose/sources.md): determinant 1 - a, trace 2 - a - a g.
   const double determinant = 1 - spec.level, trace = 2 - spec.level - spec.level * spec.trend;
   const double gap = trace * trace / 4 - determinant;
   const double radius = gap < 0 ? std::sqrt(determinant) : trace / 2 + std::sqrt(gap);

@@ -3,7 +3,7 @@
 /* The remap of evenstep for C, and for every language that can call C (C#, Python, Unity, Unreal). It maps between the even
  * time of a device and the uneven time of a simulation: each step of the simulation gets a slot in even time, reads where
  * the hand was a lead before that, and its force is played a constant latency after the time of the read. Plain C99, and
- * C++. docs/embedding.md explains it.
+ * C++. docs/parts/embedding.md explains it.
  *
  *     evenstep_remap_options options;
  *     evenstep_remap* remap;

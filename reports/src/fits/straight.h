@@ -1,5 +1,6 @@
 #pragma once
-/// Which samples lie on a straight piece of a programmed motion (Nominal::Turns): docs/metrics.md, "Straight pieces".
+/// Which samples lie on a straight piece of a programmed motion (Nominal::Turns): docs/reference/metrics.md, "Straight
+/// pieces".
 
 #include <cstdint>
 #include <span>

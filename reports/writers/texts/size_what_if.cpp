@@ -60,7 +60,7 @@ std::string what_if_text(const SizeRecord& record) {
   return out +
          "  The bound is the pause bound. A row that looks back is what a simulator can do that does not know how long its "
          "next "
-         "drawing\n  takes; all rows without one below them need not know ([timing] governor, docs/pauses.md).\n";
+         "drawing\n  takes; all rows without one below them need not know ([timing] governor, docs/choose/pauses.md).\n";
 }
 
 }  // namespace evenstep::internal

@@ -32,7 +32,7 @@ struct ChainMode {
   Scenario scenario(const std::vector<std::string>& set = {}) const;
   /// The amplitude of the mobile particle j = 1 .. kMobile.
   double shape(int j) const;
-  double omega_per_s() const;  ///< 2 sqrt(k / m) sin(p pi / (2 (n + 1))): docs/numerics.md
+  double omega_per_s() const;  ///< 2 sqrt(k / m) sin(p pi / (2 (n + 1))): docs/choose/numerics.md
 };
 
 }  // namespace evenstep::test

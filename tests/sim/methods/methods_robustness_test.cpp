@@ -54,7 +54,8 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
   }
 }
 
-// docs/numerics.md, S17: springs cannot tell inside from outside. So the test asks only for bounded energy and no NaN.
+// docs/choose/numerics.md, S17: springs cannot tell inside from outside. So the test asks only for bounded energy and no
+// NaN.
 TEST_CASE(
     "Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler",
     "[methods][robust][sweep]") {

@@ -1,7 +1,7 @@
 #pragma once
 /// A clock that counts CLOCK_MONOTONIC from an epoch. It waits on a futex with an absolute time-out (a finished GPU kernel
 /// could not wake clock_nanosleep) and spins for the last part of the wait, still watching for notifications.
-/// docs/numerics.md has the measurements behind this.
+/// docs/choose/numerics.md has the measurements behind this.
 ///
 /// Lanes on several threads use one WallClock each, made with the same epoch, so that their instants compare.
 

@@ -16,7 +16,7 @@
 /// What it cannot know: the least age itself. Reports that are all 1 ms old look like reports of age 0 by a clock that is
 /// 1 ms late. `least_age` is subtracted for it. And where a report is seen only at the ticks of a reader, whose period is
 /// about that of the device, the clocks' difference does not show until it has added up to a period: until then a time may
-/// be off by up to a period (docs/ages.md).
+/// be off by up to a period (docs/devices/ages.md).
 ///
 /// A time is never after its read, never more than 1 s before it, and after the previous time (by 1 ns, where stamps or that
 /// cap would have it otherwise; two reports of one read may have the same). Times that had to be moved for that are counted.

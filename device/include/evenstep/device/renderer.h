@@ -67,7 +67,7 @@ Softened softened_together(const ContactRecord& record, double most_N_per_m);
 enum class StiffnessPart {
   all,
   /// Of a contact that only pushes, K <- (n' K n) n n'. The stiffness to the side is that of the few particles that are
-  /// touched now. A tool that slides on has left them before the record arrives (docs/stiffness.md).
+  /// touched now. A tool that slides on has left them before the record arrives (docs/forces/stiffness.md).
   normal,
   axes  ///< the diagonal; only for comparison
 };

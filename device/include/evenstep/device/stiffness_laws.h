@@ -1,6 +1,6 @@
 #pragma once
 /// How much stiffness a delay costs, and how much of it a local model wins back: closed forms for a spring K felt by a hand
-/// of mass m and damping b (docs/stiffness.md compares them with measurements). The loop is
+/// of mass m and damping b (docs/forces/stiffness.md compares them with measurements). The loop is
 ///
 ///   F(t) = -K [(1 - alpha) x(t - L_e - d) + alpha x(t - h/2 - d)]
 ///

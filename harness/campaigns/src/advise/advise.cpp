@@ -33,7 +33,7 @@ using internal::AdviceSetting;
 constexpr double kSampled = 1.001;
 constexpr const char* kTimingFile = "timing.csv";
 /// The hand of the run must come to rest at this share of the law's stiffness: with jitter the largest stable stiffness was
-/// up to 5 % below the law (docs/stiffness.md).
+/// up to 5 % below the law (docs/forces/stiffness.md).
 constexpr double kTriedShare = 0.8;
 /// Where the search begins again if the hand shakes even with what the map carries without prediction.
 constexpr double kLeastSearched_N_per_m = 1;

@@ -17,8 +17,8 @@ namespace evenstep {
 /// [expect_stop] ends early, for a [case], or for expectations on the wall clock.
 std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const std::vector<StrategyPlan>& plans);
 
-/// A programmed fault (docs/recovery.md), by the schedule of the timing. In a run it ends at the same time, unless steps
-/// wait for samples (`gate`) or the run is on a wall clock.
+/// A programmed fault (docs/timings/recovery.md), by the schedule of the timing. In a run it ends at the same time, unless
+/// steps wait for samples (`gate`) or the run is on a wall clock.
 struct ForetoldFault {
   std::string name;
   RealTime from;

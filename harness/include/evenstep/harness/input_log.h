@@ -1,6 +1,7 @@
 #pragma once
 /// The recording of a run on the wall clock, as a file that is written while it runs (`run --record FILE`): everything that
-/// a replay needs, in blocks, each with a checksum. docs/replay.md has the format byte by byte and what is kept when.
+/// a replay needs, in blocks, each with a checksum. docs/devices/replay.md has the format byte by byte and what is kept
+/// when.
 ///
 /// A file whose writer was killed is valid up to its last whole block. Files are not trusted: whatever they contain is
 /// either read or an error with its place.

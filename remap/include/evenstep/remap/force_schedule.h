@@ -1,7 +1,7 @@
 #pragma once
 /// The force side (paper, Figure 4): every step's response has an emission time F(n) = R(n) + L; the device tick asks for
 /// the value at its own time. "hold" plays the latest F(n) <= tick; "linear" interpolates between F(n) and F(n+1) and
-/// therefore needs one slot more latency (docs/numerics.md).
+/// therefore needs one slot more latency (docs/choose/numerics.md).
 
 #include <optional>
 

@@ -13,7 +13,7 @@
 ///   both:                     L = max(E - slot) + c;   with linear emission F(n) needs E(n+1) <= F(n), see below
 ///
 /// Periodic case: L* = s + Z (1 - 1/N) + h, with run time s of a step, N steps in a segment, Z all the time of a segment in
-/// which no step runs, and device period h (docs/numerics.md).
+/// which no step runs, and device period h (docs/choose/numerics.md).
 /// Linear emission between F(n) and F(n+1) needs step n+1's force at any tick after F(n): E(n+1) <= F(n), hence
 /// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than with hold. No interval leads to the first
 /// step's force, so it needs only E <= F.

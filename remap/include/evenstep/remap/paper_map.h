@@ -4,7 +4,7 @@
 /// weighted average, and not where N^ comes from: it assumes a cycle, in which N is always the same. Where N varies, T^ / N^
 /// is the pace if N^ is the average of N in the weights of T^ (the default). If N^ is the last segment's N, which belongs to
 /// another T than T^, the pace jumps. At each boundary the map jumps by exactly T_k - T^_k N_k / N^; if that is below -tau,
-/// slots run backwards (docs/numerics.md).
+/// slots run backwards (docs/choose/numerics.md).
 /// The first complete segment with steps gives the first T^ and N^. Outside its domain: a segment without steps sets a new
 /// B_k but leaves T^ and N^ as they were; slots past N^ continue at the same pace.
 

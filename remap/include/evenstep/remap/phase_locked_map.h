@@ -19,9 +19,10 @@
 /// P is the pace (time per step), R the slot, v the distance between slots, and H = 1 / bandwidth the horizon of the pace.
 /// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
 /// it. Because lateness shows at the first step after a pause, and not only at the next boundary, the slots have caught up
-/// before the next pause: docs/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder below
-/// 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete segment. If
-/// that took more than four times as long per step as the second (kernels compile), it is forgotten after the second.
+/// before the next pause: docs/choose/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder
+/// below 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete
+/// segment. If that took more than four times as long per step as the second (kernels compile), it is forgotten after the
+/// second.
 ///
 /// The velocity jump |R(n+1) - 2 R(n) + R(n-1)| is at most A, except that
 ///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it

@@ -13,7 +13,8 @@
 ///
 /// Wait-free and without allocation after construction. The times on each thread must not decrease, and both threads must
 /// count from the same start (time/chrono.h). Lead, latency and capacities come from `evenstep size` or from
-/// latency_budget.h. Needs the standard library only. docs/embedding.md has a whole program, and what each answer means.
+/// latency_budget.h. Needs the standard library only. docs/parts/embedding.md has a whole program, and what each answer
+/// means.
 
 #include <array>
 #include <atomic>

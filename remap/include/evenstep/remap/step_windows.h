@@ -1,6 +1,6 @@
 #pragma once
 /// Cuts a run into windows of equal length. A map that tracks its timing has to stay straight only for the length of such
-/// a window, whereas a straight line through the whole run would have to absorb all of its drift (docs/numerics.md).
+/// a window, whereas a straight line through the whole run would have to absorb all of its drift (docs/choose/numerics.md).
 
 #include <cstddef>
 #include <cstdint>

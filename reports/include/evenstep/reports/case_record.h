@@ -31,7 +31,7 @@ struct CaseCell {
   std::int64_t steps = 0;                 ///< steps run; diverged: the first bad step
   std::uint64_t digest = 0;               ///< chained over the states and forces of the even schedule
   bool schedule_differs = false;          ///< the irregular schedule gave a different digest
-  std::map<std::string, double> metrics;  ///< those of its kind (docs/metrics.md)
+  std::map<std::string, double> metrics;  ///< those of its kind (docs/reference/metrics.md)
 };
 
 struct CaseRow {

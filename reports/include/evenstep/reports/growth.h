@@ -1,6 +1,6 @@
 #pragma once
 /// Whether an error grows as a run gets longer: its RMS in the bins of a run (measures.h) is compared with t^p, where t is
-/// the time since the run began. docs/metrics.md, "Growth", says what was assumed and how often a name is wrong.
+/// the time since the run began. docs/reference/metrics.md, "Growth", says what was assumed and how often a name is wrong.
 
 #include <optional>
 #include <span>

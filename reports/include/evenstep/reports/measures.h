@@ -1,7 +1,7 @@
 #pragma once
-/// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
-/// Every metric that has a value is computed, whether an expectation asks for it or not. Only the growths of errors, which
-/// are fits and take longer than all others together, are added where they are wanted.
+/// Numbers about a finished run. docs/reference/metrics.md has the exact definitions; names and units may be added but never
+/// change. Every metric that has a value is computed, whether an expectation asks for it or not. Only the growths of errors,
+/// which are fits and take longer than all others together, are added where they are wanted.
 
 #include <array>
 #include <map>

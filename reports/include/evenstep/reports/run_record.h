@@ -78,8 +78,8 @@ struct SpringRow {
   Vec3 center_m{}, below_N_per_m{}, above_N_per_m{}, limit_N{};
 };
 
-/// The loop over a device in the terms of the stability laws (docs/stiffness.md). Values that have no meaning for this loop
-/// are empty.
+/// The loop over a device in the terms of the stability laws (docs/forces/stiffness.md). Values that have no meaning for
+/// this loop are empty.
 struct LoopRecord {
   double delay_s = 0;                            ///< L_e + d of the scheduled force
   std::optional<double> stiffness_N_per_m = {};  ///< what the hand feels at rest, if the scene has a value for it

@@ -1,6 +1,6 @@
 #pragma once
 /// Which samples of a signal are saturated: a limit made them other than the hand and the scene did. A force at its clamp is
-/// perfectly smooth whatever drives it, so the shape of a saturated signal says nothing (docs/metrics.md).
+/// perfectly smooth whatever drives it, so the shape of a saturated signal says nothing (docs/reference/metrics.md).
 ///
 /// A force sample is saturated if the guard or the device limited it, or if a step whose force it may be made of was given a
 /// saturated position. An interaction sample is saturated if a sample of the device that it is made of was at the end of the

@@ -1,5 +1,5 @@
 #pragma once
-/// A run for Perfetto's viewer (ui.perfetto.dev) and chrome://tracing, in the Trace Event Format: docs/metrics.md,
+/// A run for Perfetto's viewer (ui.perfetto.dev) and chrome://tracing, in the Trace Event Format: docs/reference/metrics.md,
 /// "trace.json".
 
 #include <ostream>

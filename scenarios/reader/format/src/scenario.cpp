@@ -74,7 +74,7 @@ Duration largest_age(const DeviceSpec& device) {
     const std::int64_t scale = 1'000'000 + clock_ppm;
     const Duration reports{(period.ns * 1'000'000 + scale - 1) / scale};
     // The clock of a slower device is followed from below: until it has slipped by a period, a sample seems to be up to a
-    // period older (docs/ages.md). Linux has stamped events by the host's clock.
+    // period older (docs/devices/ages.md). Linux has stamped events by the host's clock.
     const bool from_below = clock_ppm < 0 && !std::holds_alternative<EvdevSpec>(device.driver);
     const Duration behind = from_below ? reports : Duration{};
     return std::max(unchanged.value_or(Duration{}),

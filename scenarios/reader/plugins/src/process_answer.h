@@ -1,5 +1,5 @@
 #pragma once
-/// What goes over the pipes of a process solver, as bytes (docs/process-protocol.md).
+/// What goes over the pipes of a process solver, as bytes (docs/parts/process-protocol.md).
 
 #include <string>
 #include <string_view>

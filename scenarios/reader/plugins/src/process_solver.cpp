@@ -16,7 +16,7 @@ namespace {
 
 using namespace internal;
 
-constexpr const char* kProtocolRemedy = "see docs/process-protocol.md, and print to standard error only";
+constexpr const char* kProtocolRemedy = "see docs/parts/process-protocol.md, and print to standard error only";
 
 bool can_be_run(const std::string& path) {
   struct stat about {};

@@ -1,6 +1,6 @@
 #pragma once
-/// The parts that a build of evenstep may lack (docs/install.md, "Options"). Whatever refuses something for lack of a part
-/// takes its message from here, so that every message says what is missing and how to get it.
+/// The parts that a build of evenstep may lack (docs/begin/install.md, "Options"). Whatever refuses something for lack of a
+/// part takes its message from here, so that every message says what is missing and how to get it.
 
 #include <array>
 #include <string>

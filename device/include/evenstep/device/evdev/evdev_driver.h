@@ -1,7 +1,7 @@
 #pragma once
 /// A force feedback device through Linux' own driver for it: positions from EV_ABS, forces by FF_CONSTANT and springs by
-/// FF_SPRING. So it works with every wheel and stick that has a driver in the kernel, PID or not. docs/evdev.md says what is
-/// sent when.
+/// FF_SPRING. So it works with every wheel and stick that has a driver in the kernel, PID or not. docs/devices/evdev.md says
+/// what is sent when.
 ///
 /// Like PID, evdev has neither metres nor newtons: they are given as options, as for PidDriver (hid/pid_driver.h). X and Y
 /// have forces; Z is only read. Directions are those of Linux: with a positive level, an effect of direction left pushes

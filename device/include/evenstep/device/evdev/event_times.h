@@ -7,7 +7,7 @@
 /// held at the newest report that must have come by now, `unchanged_age` ago: that is the longest interval between two
 /// reports of the device plus the longest way of an event to its reader. It need not hold now: a hand that moves has gone on
 /// since the last report, and to say otherwise at every tick between two reports would be the error of velocity times age
-/// that event times are there to remove. docs/ages.md has the argument.
+/// that event times are there to remove. docs/devices/ages.md has the argument.
 ///
 /// Times of events are not trusted. For an event in the future the time of the read counts; for one more than a second
 /// before the read that finds it, the time at which an unchanged position held. A time is never after its read, never more

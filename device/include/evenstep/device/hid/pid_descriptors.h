@@ -1,7 +1,7 @@
 #pragma once
 /// Report descriptors of two force feedback devices of our own, for simulation. The two are chosen to differ in everything
-/// in which real devices of the PID class differ (docs/hid.md has their reports), and everything that a device may leave out
-/// can be left out.
+/// in which real devices of the PID class differ (docs/devices/hid.md has their reports), and everything that a device may
+/// leave out can be left out.
 ///
 ///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees,
 ///           feature reports with ids of their own, positions of int16, unit exponents as nibbles

@@ -1,5 +1,5 @@
 #pragma once
-/// The reference device: our own report layout (docs/reference-device.md), shared by driver and simulation.
+/// The reference device: our own report layout (docs/devices/reference-device.md), shared by driver and simulation.
 ///
 /// Input report 1 (21 bytes):   u8 id = 1 | u32 sequence | u32 device time, us | i32 x, y, z, nm     little endian
 /// Output report 2 (17 bytes):  u8 id = 2 | u32 sequence | i32 fx, fy, fz, uN

@@ -1,5 +1,6 @@
 #pragma once
-/// The queue between a device and its driver. It behaves like the real ones when nobody reads (docs/reference-device.md):
+/// The queue between a device and its driver. It behaves like the real ones when nobody reads
+/// (docs/devices/reference-device.md):
 ///
 ///   hidraw policy: 63 reports, the newest is dropped when full.   libusb policy: 32 reports, the oldest is dropped.
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A Haply Inverse3 through the service of its maker: positions in metres, forces in newtons, three axes. docs/inverse3.md
-/// says what is sent when, and which public clients say what a field means.
+/// A Haply Inverse3 through the service of its maker: positions in metres, forces in newtons, three axes.
+/// docs/devices/inverse3.md says what is sent when, and which public clients say what a field means.
 ///
 /// Its axes are the service's: by default X to the right, Y away from the user, Z up. Position 0 is where `origin_m` says.
 /// From the driver's construction on the link sends a zero force to this device, because the service says nothing unasked;

@@ -1,6 +1,6 @@
 #pragma once
-/// What the Haply Inverse Service and its clients say to each other: JSON texts. docs/inverse3.md has every field that is
-/// used, with the public clients that say so; no other field is looked at.
+/// What the Haply Inverse Service and its clients say to each other: JSON texts. docs/devices/inverse3.md has every field
+/// that is used, with the public clients that say so; no other field is looked at.
 ///
 /// A message comes from outside and is not trusted. It is read without a tree in memory and refused as a whole if it is not
 /// JSON, is longer or deeper than the limits below, or has a used field of another type. Whatever it says besides is

@@ -1,6 +1,6 @@
 #pragma once
 /// A Haply Inverse Service with one Inverse3, in software, and the link to it. It is a second reading of what the service
-/// says, taken from other clients than the driver's was (docs/inverse3.md); no code of the driver's is used.
+/// says, taken from other clients than the driver's was (docs/devices/inverse3.md); no code of the driver's is used.
 ///
 /// In every device tick the link sends what is due and the service answers; a force that is posted is also sent at once.
 /// Positions and forces are printed as single-precision numbers, as the service does. A force stays until another one comes

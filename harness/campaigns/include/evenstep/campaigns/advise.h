@@ -1,7 +1,7 @@
 #pragma once
 /// `evenstep advise`: what can be chosen for a timing, and what each choice costs. Each choice of map, governor, latency and
 /// renderer is a scenario, which is run; its numbers are those of that run, of the sizing (size.h) and of the laws of
-/// stiffness (device/stiffness_laws.h). docs/advise.md says what is chosen and compared.
+/// stiffness (device/stiffness_laws.h). docs/choose/advise.md says what is chosen and compared.
 
 #include <atomic>
 #include <cstdint>

@@ -1,5 +1,6 @@
 #pragma once
-/// `evenstep compare`: the figures of runs before and after a change, and whether a threshold is exceeded (docs/compare.md).
+/// `evenstep compare`: the figures of runs before and after a change, and whether a threshold is exceeded
+/// (docs/begin/compare.md).
 
 #include <string>
 #include <vector>

@@ -57,7 +57,7 @@ struct CostReport {
 /// cannot run to its end. If it is interrupted, the report ends early.
 CostReport measure_costs(const Scenario& scenario, const CostOptions& options);
 
-/// A table for people; a JSON object (docs/metrics.md).
+/// A table for people; a JSON object (docs/reference/metrics.md).
 std::string cost_text(const CostReport& report);
 std::string cost_json(const CostReport& report);
 

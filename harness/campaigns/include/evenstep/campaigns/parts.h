@@ -1,7 +1,7 @@
 #pragma once
 /// Work in shards: what `evenstep sweep`, `study`, `size` and `catalogue` have in common. Each is a list of items that
 /// depend on nothing but the scenario, the program and their number. A shard writes a line for each of its items, and
-/// `evenstep merge` joins the files of all shards. docs/sweep.md has the format of the files.
+/// `evenstep merge` joins the files of all shards. docs/timings/sweep.md has the format of the files.
 
 #include <atomic>
 #include <cstdint>

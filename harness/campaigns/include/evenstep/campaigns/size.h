@@ -1,6 +1,6 @@
 #pragma once
 /// `evenstep size`: the least latency, lead and rings with which nothing underruns for a given timing. Only the maps are run
-/// (docs/sizing.md).
+/// (docs/choose/sizing.md).
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 /// `evenstep study`: computes the tissue of a scenario with every solver, method and step, and compares the results with a
 /// reference. The tools move like the hands of the scenario, with the scene's steps on an even schedule: there is no timing
-/// model, no device and no map. docs/study.md has definitions and measured tables.
+/// model, no device and no map. docs/forces/study.md has definitions and measured tables.
 
 #include <atomic>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 /// `evenstep sweep` and `evenstep merge`: run a scenario's [sweep], that is every combination of its grid with every seed.
 /// Each point is a run on the virtual clock whose result depends on nothing else, so any number of threads or shards gives
-/// the same bytes. docs/sweep.md has the format of sweep.jsonl.
+/// the same bytes. docs/timings/sweep.md has the format of sweep.jsonl.
 
 #include <cstdint>
 #include <optional>

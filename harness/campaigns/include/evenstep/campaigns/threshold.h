@@ -5,10 +5,10 @@
 ///   change    := "> +" number [unit] | "< -" number [unit]
 ///   where     := a strategy, or a signal in which * stands for any part: "*.force.phase_locked"
 ///
-/// `metric` is one of docs/metrics.md, `margin` (of expectations, as a share of their limits), or `worse`: any metric, in
-/// the direction in which it gets worse. A change in % is relative to A, one in any other unit is absolute; where several
-/// changes are given, all must be exceeded. `verdict` is exceeded where a verdict got worse, `missing` where something of A
-/// is not there in B, `trace` where the events differ.
+/// `metric` is one of docs/reference/metrics.md, `margin` (of expectations, as a share of their limits), or `worse`: any
+/// metric, in the direction in which it gets worse. A change in % is relative to A, one in any other unit is absolute; where
+/// several changes are given, all must be exceeded. `verdict` is exceeded where a verdict got worse, `missing` where
+/// something of A is not there in B, `trace` where the events differ.
 
 #include <string>
 #include <vector>

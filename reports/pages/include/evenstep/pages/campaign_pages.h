@@ -1,7 +1,7 @@
 #pragma once
 /// report.html of what many runs have found: a sweep, a study, the sizing of a recording. The numbers are the same as in
-/// their text and JSON. `reproduce` is the command that gives the same results again. docs/report.md says what each section
-/// shows.
+/// their text and JSON. `reproduce` is the command that gives the same results again. docs/begin/report.md says what each
+/// section shows.
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// report.html of a run: the verdict and the command to paste, expectations with margins, the figures with zoom, every
 /// segment step by step, buffers, errors over the run, what a live run has in addition, and the scenario with its failing
-/// lines marked. docs/report.md says what each section shows.
+/// lines marked. docs/begin/report.md says what each section shows.
 
 #include <span>
 #include <string>

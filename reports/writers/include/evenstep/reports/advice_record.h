@@ -1,7 +1,7 @@
 #pragma once
 /// What `evenstep advise` found: choices of map, governor, latency and renderer for one timing, and what each costs. The
 /// record is filled in by evenstep/campaigns/advise.h; the writers here turn it into text, JSON and a figure. Definitions:
-/// docs/advise.md.
+/// docs/choose/advise.md.
 
 #include <cstddef>
 #include <cstdint>
@@ -71,7 +71,7 @@ struct AdviceRecord {
 };
 
 /// Prices in the order in which they are compared; less is better. They are rounded to three digits, because a smaller
-/// difference is no reason to choose. Jumps below 0.001 steps count as 0. docs/advise.md lists them.
+/// difference is no reason to choose. Jumps below 0.001 steps count as 0. docs/choose/advise.md lists them.
 std::vector<double> prices_of(const AdviceChoice& choice);
 /// Sets ranked, on_front, dominated_by and ties of all choices.
 void rank(AdviceRecord& record);
@@ -85,7 +85,7 @@ const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_
 /// Text for people: the table, and what to choose when. The sentences, but not the table, are wrapped at `columns`.
 inline constexpr std::size_t kAdviceColumns = 120;
 std::string advice_text(const AdviceRecord& record, std::size_t columns = kAdviceColumns);
-/// One JSON object; docs/advise.md lists its keys. Times are in whole ns where they are exact.
+/// One JSON object; docs/choose/advise.md lists its keys. Times are in whole ns where they are exact.
 std::string advice_json(const AdviceRecord& record);
 /// A figure: delay against velocity jump and against stiffness, with the front. Empty if nothing is ranked.
 std::string advice_svg(const AdviceRecord& record);

@@ -1,6 +1,7 @@
 #pragma once
 /// What `evenstep compare` found between two sides, A (before) and B (after). The record is filled in by
-/// evenstep/campaigns/compare.h; the writers here turn it into text, Markdown and JSON. docs/compare.md says what counts.
+/// evenstep/campaigns/compare.h; the writers here turn it into text, Markdown and JSON. docs/begin/compare.md says what
+/// counts.
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
 /// What `evenstep size` found: how much latency a trace needs, which step needs it, and what it costs. The record is filled
-/// in by evenstep/campaigns/size.h; the writers here turn it into text and JSON. Definitions: docs/sizing.md.
+/// in by evenstep/campaigns/size.h; the writers here turn it into text and JSON. Definitions: docs/choose/sizing.md.
 
 #include <cstdint>
 #include <optional>
@@ -76,7 +76,7 @@ struct SizeStrategy {
   std::optional<SizeRate> rate;
 };
 
-/// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/sizing.md).
+/// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/choose/sizing.md).
 struct SizeHitches {
   enum class What { visualization, step, gap };
   What what = What::gap;
@@ -177,7 +177,7 @@ std::string size_rates_text(const SizeRecord& record);
 std::string size_rates_json(const SizeRecord& record);
 /// A figure: latency against velocity jump, the curve of the bounds and a point per map. Empty without a curve.
 std::string size_svg(const SizeRecord& record);
-/// One JSON object; docs/sizing.md lists its keys. Times are in whole ns.
+/// One JSON object; docs/choose/sizing.md lists its keys. Times are in whole ns.
 std::string size_json(const SizeRecord& record);
 
 }  // namespace evenstep

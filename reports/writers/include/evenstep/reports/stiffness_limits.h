@@ -1,6 +1,6 @@
 #pragma once
 /// The largest stable stiffness of a scene in a hand that feels it, per strategy. `evenstep study` finds it if a scenario
-/// has a [study] stiffness_limit. Definitions: docs/study.md.
+/// has a [study] stiffness_limit. Definitions: docs/forces/study.md.
 
 #include <cstdint>
 #include <string>

@@ -1,6 +1,7 @@
 #pragma once
 /// Error against run time (work-precision): what every solver, method and step of a study costs, and how large its error is.
-/// The record is filled in by evenstep/campaigns/study.h; the writers here turn it into text. Definitions: docs/study.md.
+/// The record is filled in by evenstep/campaigns/study.h; the writers here turn it into text. Definitions:
+/// docs/forces/study.md.
 
 #include <array>
 #include <cmath>

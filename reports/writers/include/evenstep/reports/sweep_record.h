@@ -1,5 +1,5 @@
 #pragma once
-/// The results of a sweep: its points as they are in sweep.jsonl, and their summary. See docs/sweep.md.
+/// The results of a sweep: its points as they are in sweep.jsonl, and their summary. See docs/timings/sweep.md.
 
 #include <cstddef>
 #include <cstdint>

@@ -34,7 +34,8 @@ struct JunitSuite {
 };
 /// One document with these suites, as Jenkins' schema for xUnit (junit-10) wants it.
 std::string junit_xml(std::span<const JunitSuite> suites);
-/// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
+/// First column t[s]; then one block per strategy and device (docs/reference/metrics.md). Without RunRecord::keep_rows only
+/// the bins.
 void series_csv(const RunRecord& run, std::ostream& out);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
 void underruns_csv(const RunRecord& run, std::ostream& out);
@@ -55,7 +56,7 @@ std::string failure_message(const ExpectationResult& result);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
-// events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
+// events.bin (docs/reference/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
 void events_bin(const RunRecord& run, std::ostream& out);
 /// Of each record: name, event_names, events and trace_hash only.
 using EventFile = std::vector<StrategyRecord>;

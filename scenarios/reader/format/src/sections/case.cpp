@@ -110,7 +110,7 @@ const std::vector<Field>& case_fields() {
       {.table = "case",
        .key = "kind",
        .forms = kWord,
-       .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
+       .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/forces/stability.md).",
        .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
                 "hanging-chain|standing-block|wave|energy|press|degenerate|crushed|numbering",
        .required = true,
@@ -189,7 +189,7 @@ const std::vector<Field>& case_fields() {
        .key = "foreign",
        .forms = kTable,
        .meaning = "A solver that the program has registered, instead of `solvers`. It is handed the particles and springs "
-                  "(docs/extending.md), and compared with the closed forms of `methods`, by default symplectic-euler.",
+                  "(docs/parts/extending.md), and compared with the closed forms of `methods`, by default symplectic-euler.",
        .kinds = "oscillator|stiffness|chain-order|edge|wave"},
       {.table = "case.values",
        .key = "from",

@@ -234,9 +234,9 @@ const std::vector<Field>& device_fields() {
        .key = "driver",
        .forms = kWord,
        .default_toml = "\"reference\"",
-       .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback "
-                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md), or of a "
-                  "Haply Inverse3 (docs/inverse3.md). `foreign`: one of your own.",
+       .meaning = "The driver code that runs: of the reference device (docs/devices/reference-device.md), or of "
+                  "force-feedback devices of the PID class (docs/devices/hid.md), or of all that Linux has a driver for "
+                  "(docs/devices/evdev.md), or of a Haply Inverse3 (docs/devices/inverse3.md). `foreign`: one of your own.",
        .words = driver_words()},
       {.table = "device",
        .key = "transport",
@@ -297,7 +297,8 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .default_toml = "\"error\"",
        .meaning = "What a limit on the force or on the range of the device means for the shape of a signal "
-                  "(docs/metrics.md): `error`: an expectation on it is an error; `expected`: it is judged as it is.",
+                  "(docs/reference/metrics.md): `error`: an expectation on it is an error; `expected`: it is judged as it "
+                  "is.",
        .words = "error|expected"},
       {.table = "device",
        .key = "unplug",
@@ -310,7 +311,7 @@ const std::vector<Field>& device_fields() {
        .forms = kSpan,
        .meaning =
            "After `unplug`: the simulated device is plugged in again. Its driver looks for it four times a second, for "
-           "10 s. `reference`, `evdev` and `inverse3` alone (docs/recovery.md). Default: never.",
+           "10 s. `reference`, `evdev` and `inverse3` alone (docs/timings/recovery.md). Default: never.",
        .range = between(0, kLongestRun_s),
        .example = "\"1.5 s\""},
       {.table = "device",
@@ -353,8 +354,8 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .meaning =
            "What a sample's time is: when it was `taken`, by the time stamps of the reports, or its `arrival`, when it "
-           "was read (docs/ages.md). Default: `taken` with `--device` and where one of the next three keys is written, "
-           "if reports have stamps.",
+           "was read (docs/devices/ages.md). Default: `taken` with `--device` and where one of the next three keys is "
+           "written, if reports have stamps.",
        .words = "taken|arrival",
        .example = "\"taken\""},
       {.table = "device",
@@ -466,7 +467,7 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .default_toml = "\"force\"",
        .meaning =
-           "What a tick sends (docs/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's "
+           "What a tick sends (docs/forces/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's "
            "stiffness, "
            "corrected for where the hand is by now. `device_spring`: the same as springs that the device renders at its own "
            "rate, with a force for what it cannot. `smith`: corrected by a model of one mode.",

@@ -23,7 +23,8 @@ EvdevSpec EvdevSpec::read(const ScenarioReading& reading, const Table& device) {
 
 // clang-format off: a row reads as a row
 std::vector<Field> EvdevSpec::fields() {
-  const std::vector<Field> device{driver_table_row("evdev", "What Linux does not say of the device (docs/evdev.md).")};
+  const std::vector<Field> device{
+      driver_table_row("evdev", "What Linux does not say of the device (docs/devices/evdev.md).")};
   const std::vector<Field> own{
       update_rate_row("device.evdev", "\"1 kHz\"",
                       "The most reports per second that the device takes; changed forces take turns. Any more would wait in "
@@ -40,7 +41,8 @@ std::vector<Field> EvdevSpec::fields() {
        .key = "report_interval",
        .forms = kDuration,
        .meaning = "The longest time between two reports of a hand that moves. Where samples say when they were taken, a "
-                  "position that nothing has changed is as old as this (docs/ages.md). Default: two periods of `rate`.",
+                  "position that nothing has changed is as old as this (docs/devices/ages.md). Default: two periods of "
+                  "`rate`.",
        .range = between(1e-5, 1),
        .example = "\"16 ms\""},
       {.table = "device.evdev",

@@ -179,7 +179,7 @@ Expectation read_condition(ScenarioReading& reading, const Table& expect, const 
                                                          : "";
   if (!error.empty()) reading.errors.add(expect.place("signal"), fmt::format("'signal': {}", error));
   if (expectation.metric.empty())
-    reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
+    reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/reference/metrics.md");
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
   // Energy costs a pass over all springs per step, so the scene computes it only if it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop."))
@@ -261,7 +261,7 @@ const std::vector<Field>& expect_fields() {
       {.table = "expect",
        .key = "metric",
        .forms = kText,
-       .meaning = "A number of that signal: docs/metrics.md.",
+       .meaning = "A number of that signal: docs/reference/metrics.md.",
        .required = true,
        .example = "\"velocity_jump\""},
       {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
@@ -322,7 +322,7 @@ const std::vector<Field>& expect_fields() {
       {.table = "sometimes",
        .key = "metric",
        .forms = kText,
-       .meaning = "A number of that signal: docs/metrics.md.",
+       .meaning = "A number of that signal: docs/reference/metrics.md.",
        .required = true,
        .example = "\"late\""},
       {.table = "sometimes", .key = "min", .forms = kLimit, .meaning = "The value is not below.", .example = "1"},

@@ -118,7 +118,8 @@ void check_swarm(ScenarioReading& reading) {
   if (!scenario.sweep || !scenario.sweep->swarm) return;
   if (scenario.faults.empty() && !scenario.has_faults_off)
     reading.errors.add(scenario.sweep->swarm_place,
-                       "'swarm': this scenario programs no fault that could be switched off (docs/recovery.md); remove it");
+                       "'swarm': this scenario programs no fault that could be switched off (docs/timings/recovery.md); "
+                       "remove it");
   if (reading.document.find("expect_stop") != nullptr)
     reading.errors.add(scenario.sweep->swarm_place,
                        "'swarm' does not go with [expect_stop]: with its fault switched off the run would not stop");

@@ -47,7 +47,7 @@ std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds) 
           {.table = table,
            .key = "library",
            .forms = kFile,
-           .meaning = "The shared object that contains it (docs/extending.md). Reading the scenario opens it.",
+           .meaning = "The shared object that contains it (docs/parts/extending.md). Reading the scenario opens it.",
            .kinds = kinds,
            .example = "\"libmine.so\""},
           {.table = table,

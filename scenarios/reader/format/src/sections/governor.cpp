@@ -65,7 +65,7 @@ const std::vector<Field>& governor_fields() {
       {.table = "timing",
        .key = "governor",
        .forms = kTable,
-       .meaning = "A frame governor: what the simulator does so that drawings make shorter pauses (docs/pauses.md)."},
+       .meaning = "A frame governor: what the simulator does so that drawings make shorter pauses (docs/choose/pauses.md)."},
       {.table = "timing.governor",
        .key = "split",
        .forms = kInteger,

@@ -22,7 +22,8 @@ Inverse3Spec Inverse3Spec::read(const ScenarioReading& reading, const Table& dev
 // clang-format off: a row reads as a row
 std::vector<Field> Inverse3Spec::fields() {
   return {
-      driver_table_row("inverse3", "Where position 0 is, and what else the service does not say (docs/inverse3.md)."),
+      driver_table_row("inverse3",
+                       "Where position 0 is, and what else the service does not say (docs/devices/inverse3.md)."),
       {.table = "device.inverse3",
        .key = "origin",
        .forms = kQuantity,

@@ -169,7 +169,7 @@ const std::vector<Field>& own_fields() {
        .key = "turn",
        .forms = kSpan,
        .meaning = "How long it takes to turn around smoothly. Straightness is judged between the turns "
-                  "(docs/metrics.md).",
+                  "(docs/reference/metrics.md).",
        .kinds = "back-and-forth",
        .required = true,
        .range = above(0, kLongestRun_s),

@@ -175,8 +175,8 @@ const std::vector<Field>& remap_fields() {
       {.table = "remap",
        .key = "adapt",
        .forms = kTable,
-       .meaning =
-           "Limits of an adaptive latency, which grows at once when a force is late and shrinks slowly (docs/sizing.md)."},
+       .meaning = "Limits of an adaptive latency, which grows at once when a force is late and shrinks slowly "
+                  "(docs/choose/sizing.md)."},
       {.table = "remap",
        .key = "lead",
        .forms = kWord | kSpan,

@@ -120,7 +120,7 @@ const std::vector<Field>& run_fields() {
        .shape = Shape::list,
        .default_toml = "[]",
        .meaning = "Programmed faults that are left out, by where they are written: `timing.hitch`, "
-                  "`device.left.faults.2` (counted from 0). A swarm writes it (docs/sweep.md).",
+                  "`device.left.faults.2` (counted from 0). A swarm writes it (docs/timings/sweep.md).",
        .example = "[\"timing.hitch\"]"},
       {.table = "run",
        .key = "seed",

@@ -546,8 +546,8 @@ const std::vector<Field>& scene_fields() {
        .key = "command",
        .forms = kText,
        .shape = Shape::list,
-       .meaning = "A solver that is a program of its own, and its arguments (docs/process-protocol.md); no shell is used. "
-                  "Write this instead of `name` or `library`.",
+       .meaning = "A solver that is a program of its own, and its arguments (docs/parts/process-protocol.md); no shell is "
+                  "used. Write this instead of `name` or `library`.",
        .kinds = "foreign",
        .example = "[\"python3\", \"mine.py\"]"},
       {.table = "scene",

@@ -27,7 +27,7 @@ struct Field;
 struct ScenarioReading;
 }  // namespace internal
 
-/// driver = "reference": docs/reference-device.md. It has no keys of its own.
+/// driver = "reference": docs/devices/reference-device.md. It has no keys of its own.
 struct ReferenceSpec {
   static constexpr std::string_view kName = "reference";
   static std::vector<internal::Field> fields();

@@ -1,6 +1,6 @@
 #pragma once
 /// The field table: every key that a scenario may contain. The check of a file, its defaults, the JSON schema and the tables
-/// in docs/scenario-format.md are all made from it, so a key that is not in this table does not exist.
+/// in docs/reference/scenario-format.md are all made from it, so a key that is not in this table does not exist.
 
 #include <cstdint>
 #include <limits>

@@ -1,7 +1,7 @@
 #pragma once
-/// A solver that is a program of its own, in lock step over pipes: docs/process-protocol.md. Each solver is a process of its
-/// own, started without a shell, in a process group that ends with it. When this program ends, in whatever way, a second
-/// small process kills the group.
+/// A solver that is a program of its own, in lock step over pipes: docs/parts/process-protocol.md. Each solver is a process
+/// of its own, started without a shell, in a process group that ends with it. When this program ends, in whatever way, a
+/// second small process kills the group.
 
 #include <optional>
 #include <string>

@@ -1,6 +1,7 @@
 #pragma once
 /// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. A value that must
-/// be an integer is never computed in double. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
+/// be an integer is never computed in double. Unit table: docs/reference/scenario-format.md. Plurals ("segments") are
+/// accepted.
 
 #include <string>
 #include <string_view>
