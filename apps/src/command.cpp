@@ -90,7 +90,9 @@ std::string objection(const CLI::App& program, const CLI::ParseError& error, con
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ValidationError))
     return what;  // in our words: Command checks what it takes
   if (what.find("override") != std::string::npos) return "--" + option + " takes no value";
-  if (what.find("At Most") != std::string::npos) return option + " is given twice";
+  // By its count, because the parser's versions word this differently.
+  const CLI::Option* const given = command->get_option_no_throw(option);
+  if (given && given->count() > 1) return option + " is given twice";
   return option + " needs a value";
 }
 

@@ -57,7 +57,9 @@ std::string difference(const Json& a, const Json& b, bool only_common = false) {
 }  // namespace
 
 TEST_CASE("Neither what is kept, nor threads, nor the other strategies and their order change what a strategy does") {
-  judge_drawn(12, [](const Bench& bench, std::uint64_t seed, GeneratedScenario drawn) {
+  judge_drawn(12, [](Law& law, GeneratedScenario drawn) {
+    const Bench& bench = law.bench;
+    const std::uint64_t seed = law.seed;
     if (drawn.root.has("case")) return false;
     const Bench::Run run = bench.run(drawn.toml, "run");
     if (run.ended.exit_code > 1 || !run.summary.is_object()) return false;
@@ -65,20 +67,20 @@ TEST_CASE("Neither what is kept, nor threads, nor the other strategies and their
     const Json metrics = metrics_of(run.summary);
 
     const Bench::Run kept = bench.run(drawn.toml, "kept", {"--set", "run.keep=\"summary\""});
-    INFO(kept.ended.text());
-    REQUIRE(kept.summary.is_object());
-    CHECK(kept.summary.at("trace_hash") == run.summary.at("trace_hash"));
-    CHECK(difference(metrics_of(kept.summary), metrics, true) == "");
+    law.shows(kept.ended.text());
+    if (!MUST(kept.summary.is_object())) return true;
+    MUST(kept.summary.at("trace_hash") == run.summary.at("trace_hash"));
+    law.nothing(difference(metrics_of(kept.summary), metrics, true));
     for (const auto& [signal, values] : metrics.items())  // events are counted in the rows
-      CHECK((kept.summary.at("metrics").contains(signal) || signal.starts_with("events.")));
+      MUST((kept.summary.at("metrics").contains(signal) || signal.starts_with("events.")));
 
     std::rotate(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(seed % names.size()), names.end());
     std::reverse(names.begin(), names.end());
     const Bench::Run turned =
         bench.run(drawn.toml, "turned", {"--threads", "3", "--set", "run.strategies=" + list_of(names)});
-    INFO(turned.ended.text());
-    REQUIRE(turned.summary.is_object());
-    CHECK(difference(metrics, metrics_of(turned.summary)) == "");
+    law.shows(turned.ended.text());
+    if (!MUST(turned.summary.is_object())) return true;
+    law.nothing(difference(metrics, metrics_of(turned.summary)));
 
     // An expectation may be about a strategy that is not there then.
     // The reference takes the latency of phase_locked, if that is there.
@@ -86,22 +88,23 @@ TEST_CASE("Neither what is kept, nor threads, nor the other strategies and their
     const std::string& one = names.front();
     const Bench::Run alone =
         bench.run(drawn.toml, "alone", {"--set", "run.strategies=" + list_of({one}), "--set", "expect=[]"});
-    INFO(alone.ended.text());
+    law.shows(alone.ended.text());
     if (alone.ended.exit_code == 2) return false;  // the strategies of a sweep's or study's own
-    REQUIRE(alone.summary.is_object());
-    CHECK(alone.summary.at("strategies").at(one).at("trace_hash") == run.summary.at("strategies").at(one).at("trace_hash"));
+    if (!MUST(alone.summary.is_object())) return true;
+    MUST(alone.summary.at("strategies").at(one).at("trace_hash") == run.summary.at("strategies").at(one).at("trace_hash"));
     Json others = metrics_of(alone.summary);
     others.erase("run");
     for (auto entry = others.begin(); entry != others.end();)
       entry = entry.key().ends_with('.' + one) ? std::next(entry) : others.erase(entry);
-    CHECK(!others.empty());
-    CHECK(difference(others, metrics, true) == "");
+    MUST(!others.empty());
+    law.nothing(difference(others, metrics, true));
     return true;
   });
 }
 
 TEST_CASE("The names of devices change nothing but the names of their signals") {
-  judge_drawn(12, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+  judge_drawn(12, [](Law& law, GeneratedScenario drawn) {
+    const Bench& bench = law.bench;
     if (drawn.root.has("case") || drawn.root.has("sweep")) return false;
     const Bench::Run run = bench.run(drawn.toml, "run");
     if (run.ended.exit_code > 1 || !run.summary.is_object()) return false;
@@ -110,29 +113,30 @@ TEST_CASE("The names of devices change nothing but the names of their signals") 
                                                             {"\"left.", "\"zeta."},
                                                             {"\"right.", "\"alpha."}}),
                                        "other");
-    INFO(other.ended.text());
-    REQUIRE(other.summary.is_object());
+    law.shows(other.ended.text());
+    if (!MUST(other.summary.is_object())) return true;
     Json expected;
     const Json metrics = metrics_of(run.summary);
     for (const auto& [signal, values] : metrics.items()) {
       const std::string name = renamed('.' + signal, {{".left.", ".zeta."}, {".right.", ".alpha."}});
       expected[name.substr(1)] = values;
     }
-    CHECK(difference(expected, metrics_of(other.summary)) == "");
-    CHECK(other.ended.exit_code == run.ended.exit_code);
+    law.nothing(difference(expected, metrics_of(other.summary)));
+    MUST(other.ended.exit_code == run.ended.exit_code);
     return true;
   });
 }
 
 TEST_CASE("With nothing lost, the least latency and lead miss nothing, and one nanosecond less does") {
-  judge_drawn(20, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+  judge_drawn(20, [](Law& law, GeneratedScenario drawn) {
+    const Bench& bench = law.bench;
     if (drawn.root.has("case") || drawn.root.has("sweep") || loses_or_varies(drawn.toml)) return false;
     const std::vector<std::string> least{
         "--set", "run.strategies=[\"phase_locked\"]", "--set", "remap.latency=\"minimal-this-phase\"",
         "--set", "remap.lead=\"minimal-this-phase\"", "--set", "expect=[]"};
     const Bench::Run run = bench.run(drawn.toml, "run", least);
     if (run.ended.exit_code > 1 || !run.summary.is_object()) return false;
-    INFO(run.ended.text());
+    law.shows(run.ended.text());
     std::int64_t late = 0, missing = 0, latency_ns = 0, lead_ns = 0;
     const auto count = [&](const Json& summary) {
       late = missing = 0;
@@ -145,29 +149,30 @@ TEST_CASE("With nothing lost, the least latency and lead miss nothing, and one n
       }
     };
     count(run.summary);
-    CHECK(late == 0);
-    CHECK(missing == 0);
+    MUST(late == 0);
+    MUST(missing == 0);
     const std::int64_t least_latency_ns = latency_ns, least_lead_ns = lead_ns;
     const auto with = [&](std::int64_t latency, std::int64_t lead) {
       std::vector<std::string> more{least};
       more[3] = fmt::format("remap.latency=\"{} ns\"", latency);
       more[5] = fmt::format("remap.lead=\"{} ns\"", lead);
       const Bench::Run one = bench.run(drawn.toml, "less", more);
-      INFO(one.ended.text());
+      law.shows(one.ended.text());
       if (one.ended.exit_code == 2) return false;  // a latency of less than nothing
-      REQUIRE(one.summary.is_object());
+      if (!MUST(one.summary.is_object())) return true;
       count(one.summary);
       return true;
     };
-    if (with(least_latency_ns + 1'000'000, least_lead_ns - 1)) CHECK(missing > 0);
+    if (with(least_latency_ns + 1'000'000, least_lead_ns - 1)) MUST(missing > 0);
     if (!with(least_latency_ns - 1, least_lead_ns)) return false;
-    CHECK(late > 0);
+    MUST(late > 0);
     return true;
   });
 }
 
 TEST_CASE("A recording that begins at another time is the same recording") {
-  judge_drawn(8, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+  judge_drawn(8, [](Law& law, GeneratedScenario drawn) {
+    const Bench& bench = law.bench;
     if (!drawn.root.has("timing")) return false;
     if (bench.run(drawn.toml, "run").ended.exit_code > 1) return false;
     std::istringstream rows(content_of(bench.path() + "/run/timing.csv"));
@@ -187,16 +192,17 @@ TEST_CASE("A recording that begins at another time is the same recording") {
     const std::string scene = "\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n";
     const Bench::Run here = bench.run("format = 1\n[timing]\ntrace = \"here.csv" + scene, "here");
     const Bench::Run there = bench.run("format = 1\n[timing]\ntrace = \"there.csv" + scene, "there");
-    INFO(here.ended.text() << there.ended.text());
-    CHECK(here.ended.exit_code == there.ended.exit_code);
+    law.shows(here.ended.text() + there.ended.text());
+    MUST(here.ended.exit_code == there.ended.exit_code);
     if (!here.summary.is_object()) return false;
-    CHECK(difference(metrics_of(here.summary), metrics_of(there.summary)) == "");
+    law.nothing(difference(metrics_of(here.summary), metrics_of(there.summary)));
     return true;
   });
 }
 
 TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored hand the same metrics, bit for bit") {
-  judge_drawn(16, [](const Bench& bench, std::uint64_t, GeneratedScenario drawn) {
+  judge_drawn(16, [](Law& law, GeneratedScenario drawn) {
+    const Bench& bench = law.bench;
     if (!drawn.root.has("scene")) return false;
     ScenarioTable& scene = drawn.root.find("scene")->tables.front();
     // A limit, a motor or a wall does not know that the forces are meant to be twice as large.
@@ -218,11 +224,11 @@ TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored
     const std::string mirrored = renamed(toml, {{"\"0.005 m/s\", \"-0.002 m/s\"", "\"-0.005 m/s\", \"0.002 m/s\""}});
     const Bench::Run run = bench.run(toml, "run");
     if (run.ended.exit_code != 0 || !run.summary.is_object()) return false;
-    INFO(toml);
+    law.shows(toml);
     const Bench::Run other = bench.run(mirrored, "mirrored"), twice = bench.run(doubled, "doubled");
-    REQUIRE(other.summary.is_object());
-    CHECK(difference(metrics_of(run.summary), metrics_of(other.summary)) == "");
-    REQUIRE(twice.summary.is_object());
+    if (!MUST(other.summary.is_object())) return true;
+    law.nothing(difference(metrics_of(run.summary), metrics_of(other.summary)));
+    if (!MUST(twice.summary.is_object())) return true;
     Json expected = metrics_of(run.summary), seen = metrics_of(twice.summary);
     for (Json* metrics : {&expected, &seen}) {
       for (auto entry = metrics->begin(); entry != metrics->end();) {
@@ -247,7 +253,7 @@ TEST_CASE("A spring of twice the stiffness gives twice the force, and a mirrored
         }
       }
     }
-    CHECK(difference(expected, seen) == "");
+    law.nothing(difference(expected, seen));
     return true;
   });
 }

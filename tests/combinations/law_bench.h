@@ -1,10 +1,12 @@
 #pragma once
 /// What tests of laws over drawn scenarios share.
 
+#include <fmt/format.h>
+
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -28,7 +30,8 @@ inline std::string content_of(const std::string& path) {
   return text.str();
 }
 
-/// The number after EVENSTEP_SEEDS, as "7" for one seed or "20000" for so many from 0 on; or `usual` seeds.
+/// Seeds for tests of laws: EVENSTEP_SEED=7 is that one, EVENSTEP_SEEDS=20000 so many from 0 on. Otherwise the date is the
+/// seed, so that every day tries others: `usual` ones from 20261128000 on.
 struct Seeds {
   std::uint64_t first = 0, end = 0;
 };
@@ -38,7 +41,11 @@ inline Seeds seeds(std::uint64_t usual) {
     return {seed, seed + 1};
   }
   if (const char* const count = std::getenv("EVENSTEP_SEEDS")) return {0, std::stoull(count)};
-  return {0, share_of(usual)};
+  const std::chrono::year_month_day day(std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
+  const std::uint64_t first =
+      1000 * ((static_cast<std::uint64_t>(static_cast<int>(day.year())) * 100 + static_cast<unsigned>(day.month())) * 100 +
+              static_cast<unsigned>(day.day()));
+  return {first, first + share_of(usual)};
 }
 
 /// Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
@@ -51,10 +58,15 @@ inline bool loses_or_varies(const std::string& toml) {
 
 constexpr double kRichness = 0.05;
 
+/// Nearly all drawn scenarios run for some tenths of a second. What is interrupted, such as a case with every method, is not
+/// judged.
+constexpr ProgramLimits kLawLimits{.interrupt_after_s = 5, .end_after_s = 20};
+
 /// Runs in a folder of its own.
 class Bench {
  public:
   Bench() { write_recordings(folder_.path().string()); }
+  const Registry& registry() const { return registry_; }
   std::string path() const { return folder_.path().string(); }
   std::string scenario() const { return folder_.path().string() + "/scenario.toml"; }
   GeneratedScenario draw(std::uint64_t seed) const {
@@ -64,7 +76,7 @@ class Bench {
     return drawn;
   }
   Ended program(const std::vector<std::string>& arguments) const {
-    return run_program(arguments, folder_.path().string(), registry_, {.interrupt_after_s = 60, .end_after_s = 20});
+    return run_program(arguments, folder_.path().string(), registry_, kLawLimits);
   }
   /// `evenstep run` of a scenario text; `summary` is null if there is none.
   struct Run {
@@ -85,21 +97,37 @@ class Bench {
   Registry registry_ = own_parts::registry();
 };
 
-/// Draws a scenario for each seed and counts those that `judge` could judge: it returns false for one of which the law says
-/// nothing. At least one must be judged, but for a single seed and the few of a sanitized build.
-inline void judge_drawn(std::uint64_t usual,
-                        const std::function<bool(const Bench&, std::uint64_t seed, GeneratedScenario drawn)>& judge) {
-  const Bench bench;
-  const auto [first, end] = seeds(usual);
-  std::uint64_t judged = 0;
-  for (std::uint64_t seed = first; seed < end; ++seed) {
-    GeneratedScenario drawn = bench.draw(seed);
-    if (!drawn.is_valid) continue;
-    INFO("EVENSTEP_SEED=" << seed << '\n' << drawn.toml);
-    judged += judge(bench, seed, std::move(drawn));
+/// What a law says of one scenario.
+class Law {
+ public:
+  Law(const Bench& bench, std::uint64_t seed) : bench(bench), seed(seed) {}
+  const Bench& bench;
+  const std::uint64_t seed;
+
+  /// What is shown if the law is broken from here on.
+  void shows(std::string text) { shown_ = std::move(text); }
+  bool must(bool holds, std::string_view what) {
+    if (!holds && broken_.empty()) broken_ = fmt::format("{}\n{}", what, shown_);
+    return holds;
   }
-  std::cout << judged << " of " << end - first << " scenarios judged\n";
-  CHECK((judged > 0 || kSanitized || end - first == 1));
-}
+  /// `found` is what is wrong, or empty.
+  bool nothing(const std::string& found) { return must(found.empty(), found); }
+  const std::string& broken() const { return broken_; }
+
+ private:
+  std::string shown_, broken_;
+};
+#define MUST(...) law.must(static_cast<bool>(__VA_ARGS__), #__VA_ARGS__)
+
+/// Says whether this law could judge the scenario.
+using Judge = std::function<bool(Law& law, GeneratedScenario drawn)>;
+
+/// With the fewest lines that break the law: entries and tables go one after the other while what is left is valid and
+/// breaks it.
+GeneratedScenario shrunk(GeneratedScenario scenario, const Bench& bench, std::uint64_t seed, const Judge& judge);
+
+/// Draws a scenario for each seed and judges it. One that breaks the law is shrunk and left in the folder "broken". At least
+/// one must be judged, but for a single seed and the few of a sanitized build.
+void judge_drawn(std::uint64_t usual, const Judge& judge);
 
 }  // namespace evenstep::testing
