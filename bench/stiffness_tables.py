@@ -1,4 +1,4 @@
-"""The tables of docs/forces/stiffness.md, as they stand there, computed anew.
+"""The tables of docs/forces/stiffness.md (some have fewer rows and columns there), and others like them, computed anew.
 
 stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name all of them (some minutes of CPU time)
 stiffness_tables.py EVENSTEP --into PAGE TABLE ...  puts them in the place of those of the page that begin with the same line
