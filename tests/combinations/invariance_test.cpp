@@ -170,6 +170,42 @@ TEST_CASE("With nothing lost, the least latency and lead miss nothing, and one n
   });
 }
 
+TEST_CASE("Constant velocity and constant timing give a straight line, whatever else is set that loses nothing") {
+  judge_drawn(30, [](Law& law, GeneratedScenario drawn) {
+    ScenarioTable& root = drawn.root;
+    // A device that is simulated down to its sensor has a count of its own, and what cuts a force off ends the line.
+    for (const char* const key : {"case", "expect_stop", "sweep", "source", "guard"})
+      if (root.has(key)) return false;
+    for (const char* const key : {"expect", "timing"}) root.erase(key);
+    ScenarioTable timing;
+    timing.set("segment", "\"30 Hz\"");
+    timing.set("visualization", "\"11.1 ms\"");
+    timing.set("steps", "15");
+    root.entries.push_back({"timing", "", {timing}, false});
+    for (ScenarioTable* device : tables_at(root, "device")) {
+      for (const char* const key : {"driver", "pid", "evdev", "inverse3", "foreign", "guard", "unplug", "returns"})
+        device->erase(key);
+      device->set("motion", "{ kind = \"constant-velocity\", velocity = [\"0.05 m/s\", \"0 m/s\", \"0 m/s\"] }");
+    }
+    drawn.toml = to_text(root).toml;
+    if (loses_or_varies(drawn.toml)) return false;
+    const Bench::Run run =
+        law.bench.run(drawn.toml, "run",
+                      {"--set", "run.strategies=[\"phase_locked\"]", "--set", "remap.latency=\"minimal\"", "--set",
+                       "remap.lead=\"minimal\"", "--set", "run.duration=\"2 s\"", "--set", "run.warmup=\"8 segments\""});
+    if (run.ended.exit_code > 1 || !run.summary.is_object()) return false;
+    bool is_judged = false;
+    for (const auto& [signal, metrics] : run.summary.at("metrics").items()) {
+      if (!signal.ends_with(".interaction.phase_locked") || !metrics.contains("velocity_jump")) continue;
+      is_judged = true;
+      law.shows(signal + ' ' + metrics.dump() + '\n' + run.ended.text());
+      // Times are stamped in microseconds, two of them make a jump. Unmapped it would be 0.05 m/s times 11.1 ms, 0.6 mm.
+      MUST(metrics.at("velocity_jump").get<double>() < 1.01e-7);
+    }
+    return is_judged;
+  });
+}
+
 TEST_CASE("A recording that begins at another time is the same recording") {
   judge_drawn(8, [](Law& law, GeneratedScenario drawn) {
     const Bench& bench = law.bench;

@@ -30,6 +30,9 @@ inline std::string content_of(const std::string& path) {
   return text.str();
 }
 
+/// The date, of which tests draw what they try today.
+inline std::chrono::sys_days today() { return std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()); }
+
 /// Seeds for tests of laws: EVENSTEP_SEED=7 is that one, EVENSTEP_SEEDS=20000 so many from 0 on. Otherwise the date is the
 /// seed, so that every day tries others: `usual` ones from 20261128000 on.
 struct Seeds {
@@ -41,7 +44,7 @@ inline Seeds seeds(std::uint64_t usual) {
     return {seed, seed + 1};
   }
   if (const char* const count = std::getenv("EVENSTEP_SEEDS")) return {0, std::stoull(count)};
-  const std::chrono::year_month_day day(std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
+  const std::chrono::year_month_day day(today());
   const std::uint64_t first =
       1000 * ((static_cast<std::uint64_t>(static_cast<int>(day.year())) * 100 + static_cast<unsigned>(day.month())) * 100 +
               static_cast<unsigned>(day.day()));
@@ -100,7 +103,7 @@ class Bench {
 /// What a law says of one scenario.
 class Law {
  public:
-  Law(const Bench& bench, std::uint64_t seed) : bench(bench), seed(seed) {}
+  Law(const Bench& used, std::uint64_t drawn_from) : bench(used), seed(drawn_from) {}
   const Bench& bench;
   const std::uint64_t seed;
 
