@@ -145,12 +145,12 @@ TEST_CASE("a board that never says that its safety switch is closed is driven al
 }
 
 TEST_CASE("a switch that was seen closed cuts when it opens and the driver names it") {
-  using Kind = PidDeviceEvent::Kind;
+  using Event = PidDeviceEvent::Kind;
   SimulatedBoardOptions options;
-  options.events = {{Kind::safety_switch, RealTime{10 * kMs}, false},
-                    {Kind::safety_switch, RealTime{20 * kMs}, true},
-                    {Kind::actuator_power, RealTime{30 * kMs}, false},
-                    {Kind::actuator_power, RealTime{40 * kMs}, true}};
+  options.events = {{Event::safety_switch, RealTime{10 * kMs}, false},
+                    {Event::safety_switch, RealTime{20 * kMs}, true},
+                    {Event::actuator_power, RealTime{30 * kMs}, false},
+                    {Event::actuator_power, RealTime{40 * kMs}, true}};
   BoardBench bench(BoardKind::silent_pool, options_for(BoardKind::silent_pool), Still{}, options);
   bench.driver->start();
   for (std::int64_t k = 0; k < 50; ++k) {

@@ -21,7 +21,8 @@ EvdevSpec EvdevSpec::read(const ScenarioReading& reading, const Table& device) {
   return spec;
 }
 
-// clang-format off: a row reads as a row
+// A key is a few full lines.
+// clang-format off
 std::vector<Field> EvdevSpec::fields() {
   const std::vector<Field> device{
       driver_table_row("evdev", "What Linux does not say of the device (docs/devices/evdev.md).")};
@@ -30,45 +31,27 @@ std::vector<Field> EvdevSpec::fields() {
                       "The most reports per second that the device takes; changed forces take turns. Any more would wait in "
                       "a queue of the kernel.",
                       100'000),
-      {.table = "device.evdev",
-       .key = "still",
-       .forms = kDuration,
-       .default_toml = "\"1 s\"",
+      {.table = "device.evdev", .key = "still", .forms = kDuration, .default_toml = "\"1 s\"",
        .meaning = "For how long a hand without events holds still: Linux tells changes only. After that it counts as not "
                   "reported.",
        .range = between(0, 60)},
-      {.table = "device.evdev",
-       .key = "report_interval",
-       .forms = kDuration,
+      {.table = "device.evdev", .key = "report_interval", .forms = kDuration,
        .meaning = "The longest time between two reports of a hand that moves. Where samples say when they were taken, a "
                   "position that nothing has changed is as old as this (docs/devices/ages.md). Default: two periods of "
                   "`rate`.",
-       .range = between(1e-5, 1),
-       .example = "\"16 ms\""},
-      {.table = "device.evdev",
-       .key = "effects",
-       .forms = kInteger,
-       .default_toml = "16",
+       .range = between(1e-5, 1), .example = "\"16 ms\""},
+      {.table = "device.evdev", .key = "effects", .forms = kInteger, .default_toml = "16",
        .meaning = "Effects that the simulated device has room for, of all programs together; each used axis takes one.",
        .range = between(0, 96)},
-      {.table = "device.evdev",
-       .key = "foreign_effects",
-       .forms = kInteger,
-       .default_toml = "0",
+      {.table = "device.evdev", .key = "foreign_effects", .forms = kInteger, .default_toml = "0",
        .meaning = "How many of these another program has taken.",
        .range = between(0, 96)},
-      {.table = "device.evdev",
-       .key = "held",
-       .forms = kBoolean,
-       .default_toml = "false",
+      {.table = "device.evdev", .key = "held", .forms = kBoolean, .default_toml = "false",
        .meaning = "Another program has the simulated device for itself."},
-      {.table = "device.evdev",
-       .key = "meddled_at",
-       .forms = kDuration,
+      {.table = "device.evdev", .key = "meddled_at", .forms = kDuration,
        .meaning = "When another program stops all effects of the simulated device, turns its gain to 0 and has it center by "
                   "itself. Default: never.",
-       .range = between(0, kLongestRun_s),
-       .example = "\"2 s\""},
+       .range = between(0, kLongestRun_s), .example = "\"2 s\""},
   };
   return joined(
       device,
@@ -82,9 +65,7 @@ std::vector<Field> EvdevSpec::fields() {
                              "only read, and "
                              "no expectation may be about its force.",
                .reversed_force = "Axes along which the device pushes opposite to what Linux means; measure it.",
-               .axes = "x|y",
-               .signed_axes = "x|y|-x|-y",
-               .longest_effect_s = 32}),
+               .axes = "x|y", .signed_axes = "x|y|-x|-y", .longest_effect_s = 32}),
           own));
 }
 // clang-format on

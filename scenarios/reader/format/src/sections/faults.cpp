@@ -156,23 +156,17 @@ void read_faults(ScenarioReading& reading) {
   check_swarm(reading);
 }
 
-// clang-format off: a row reads as a row
+// A key is a few full lines.
+// clang-format off
 const std::vector<Field>& recovery_fields() {
   static const std::vector<Field> rows{
-      {.table = "recovery",
-       .key = "latency",
-       .forms = kSpan,
-       .default_toml = "\"1 ms\"",
+      {.table = "recovery", .key = "latency", .forms = kSpan, .default_toml = "\"1 ms\"",
        .meaning = "The age of a force may exceed the greatest one before the first fault by this much.",
        .range = between(0, kLongestRun_s)},
-      {.table = "recovery",
-       .key = "jump",
-       .forms = kQuantity,
-       .default_toml = "\"10 %\"",
+      {.table = "recovery", .key = "jump", .forms = kQuantity, .default_toml = "\"10 %\"",
        .meaning = "A jump may exceed the greatest one before the first fault by this share of the mean change from one "
                   "sample to the next.",
-       .dimension = D::ratio,
-       .range = between(0, 1000)},
+       .dimension = D::ratio, .range = between(0, 1000)},
   };
   return rows;
 }

@@ -59,48 +59,32 @@ void read_governor(ScenarioReading& reading, const Table& governor) {
   reading.scenario.timing.governor = out;
 }
 
-// clang-format off: a row reads as a row
+// A key is a few full lines.
+// clang-format off
 const std::vector<Field>& governor_fields() {
   static const std::vector<Field> rows{
-      {.table = "timing",
-       .key = "governor",
-       .forms = kTable,
+      {.table = "timing", .key = "governor", .forms = kTable,
        .meaning = "A frame governor: what the simulator does so that drawings make shorter pauses (docs/choose/pauses.md)."},
-      {.table = "timing.governor",
-       .key = "split",
-       .forms = kInteger,
-       .default_toml = "1",
+      {.table = "timing.governor", .key = "split", .forms = kInteger, .default_toml = "1",
        .meaning = "Each drawing is made in this many parts, with the steps shared out between them.",
        .range = between(1, 1000)},
-      {.table = "timing.governor",
-       .key = "budget",
-       .forms = kDuration,
+      {.table = "timing.governor", .key = "budget", .forms = kDuration,
        .meaning = "The frame budget: what a pause for a drawing, or for a part of it, may take at most.",
-       .range = above(0, 9),
-       .example = "\"20 ms\""},
-      {.table = "timing.governor",
-       .key = "over_budget",
-       .forms = kWord,
-       .default_toml = "\"merge\"",
+       .range = above(0, 9), .example = "\"20 ms\""},
+      {.table = "timing.governor", .key = "over_budget", .forms = kWord, .default_toml = "\"merge\"",
        .meaning =
            "What becomes of a drawing that would take longer. `merge`: the rest is drawn in the next pauses, in place of "
            "the drawings that would begin there. `skip`: it is not made, and the steps follow at once. `hold`: it is not "
            "made, and the steps keep their place.",
        .words = "merge|skip|hold"},
-      {.table = "timing.governor",
-       .key = "forecast",
-       .forms = kInteger,
-       .default_toml = "2",
+      {.table = "timing.governor", .key = "forecast", .forms = kInteger, .default_toml = "2",
        .meaning = "n, for `skip` and `hold`: a drawing is expected to take as long as the longest of the last n, and after "
                   "n that were not made the next one is made.",
        .range = between(1, 1000)},
-      {.table = "timing.governor",
-       .key = "pace",
-       .forms = kRate | kDuration,
+      {.table = "timing.governor", .key = "pace", .forms = kRate | kDuration,
        .meaning = "Segments wait for this grid (with `split`, their parts wait for a grid that many times as fine), and "
                   "idle until then.",
-       .range = above(0),
-       .example = "\"30 Hz\""},
+       .range = above(0), .example = "\"30 Hz\""},
   };
   return rows;
 }

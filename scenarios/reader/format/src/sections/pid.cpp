@@ -36,64 +36,39 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   return spec;
 }
 
-// clang-format off: a row reads as a row
+// A key is a few full lines.
+// clang-format off
 std::vector<Field> PidSpec::fields() {
   const std::vector<Field> device{
       driver_table_row("pid", "What the device does not say of itself."),
-      {.table = "device",
-       .key = "events",
-       .forms = kTable,
-       .shape = Shape::list,
+      {.table = "device", .key = "events", .forms = kTable, .shape = Shape::list,
        .meaning = "What somebody does to the simulated device.",
        .kinds = "pid"},
   };
   const std::vector<Field> own{
-      {.table = "device.pid",
-       .key = "flavour",
-       .forms = kWord,
-       .default_toml = "\"mask\"",
+      {.table = "device.pid", .key = "flavour", .forms = kWord, .default_toml = "\"mask\"",
        .meaning = "Which report descriptor the simulated device has (docs/devices/hid.md).",
        .words = "mask|array"},
-      {.table = "device.pid",
-       .key = "firmware",
-       .forms = kWord,
-       .default_toml = "\"own\"",
+      {.table = "device.pid", .key = "firmware", .forms = kWord, .default_toml = "\"own\"",
        .meaning = "Whose firmware the simulated device has: `own` with its flavour, or that of a real board "
                   "(docs/devices/hid.md).",
        .words = "own|openffboard-1|openffboard-2|arduino|silent-pool|short-replies"},
-      {.table = "device.pid",
-       .key = "pool",
-       .forms = kInteger,
-       .default_toml = "40",
+      {.table = "device.pid", .key = "pool", .forms = kInteger, .default_toml = "40",
        .meaning = "Effects that the simulated device has room for; each used axis takes one.",
        .range = between(0, 40)},
-      {.table = "device.pid",
-       .key = "block_load_error",
-       .forms = kInteger,
+      {.table = "device.pid", .key = "block_load_error", .forms = kInteger,
        .meaning = "Number of the request for an effect, counted from 1, that the simulated device answers with an error. "
                   "Default: none.",
-       .range = between(1, 40),
-       .example = "2"},
-      {.table = "device.events",
-       .key = "kind",
-       .forms = kWord,
+       .range = between(1, 40), .example = "2"},
+      {.table = "device.events", .key = "kind", .forms = kWord,
        .meaning = "The switch that is turned.",
-       .words = "safety-switch|actuator-power",
-       .required = true,
-       .example = "\"safety-switch\""},
-      {.table = "device.events",
-       .key = "at",
-       .forms = kSpan,
+       .words = "safety-switch|actuator-power", .required = true, .example = "\"safety-switch\""},
+      {.table = "device.events", .key = "at", .forms = kSpan,
        .meaning = "In order of time.",
-       .required = true,
-       .range = between(0, kLongestRun_s),
-       .example = "\"1 s\""},
-      {.table = "device.events",
-       .key = "on",
-       .forms = kBoolean,
+       .required = true, .range = between(0, kLongestRun_s), .example = "\"1 s\""},
+      {.table = "device.events", .key = "on", .forms = kBoolean,
        .meaning = "false: no force any more.",
-       .required = true,
-       .example = "false"},
+       .required = true, .example = "false"},
   };
   return joined(
       device,
@@ -107,9 +82,7 @@ std::vector<Field> PidSpec::fields() {
                    "is only read, and no expectation may be about its force.",
                .reversed_force =
                    "Axes along which the device pushes opposite to what Linux and DirectInput mean; measure it.",
-               .axes = "x|y|z",
-               .signed_axes = "x|y|z|-x|-y|-z",
-               .longest_effect_s = 60}),
+               .axes = "x|y|z", .signed_axes = "x|y|z|-x|-y|-z", .longest_effect_s = 60}),
           own));
 }
 // clang-format on

@@ -186,45 +186,29 @@ void read_study(ScenarioReading& reading) {
   if (spec.error == StudyError::felt_force) refuse_for_felt_force(study, scenario, reading.errors);
 }
 
-// clang-format off: a row reads as a row
+// A key is a few full lines.
+// clang-format off
 const std::vector<Field>& study_fields() {
   static const std::vector<Field> rows{
-      {.table = "study",
-       .key = "error",
-       .forms = kWord,
-       .default_toml = "\"felt-force\"",
+      {.table = "study", .key = "error", .forms = kWord, .default_toml = "\"felt-force\"",
        .meaning =
            "`felt-force`: of the force that the hand feels, with every strategy, in the timing of the run and over what it "
            "judges. `state`: of positions, forces and energy of a tissue, on even steps without strategies and devices.",
        .words = "felt-force|state"},
-      {.table = "study",
-       .key = "duration",
-       .forms = kSpan,
+      {.table = "study", .key = "duration", .forms = kSpan,
        .meaning = "Simulated time that is judged. `felt-force`: from the end of the warm-up on, by default all that the run "
                   "judges. "
                   "`state`: from the begin of the first motion on, by default 64 ms.",
-       .range = above(0, kLongestRun_s),
-       .example = "\"0.2 s\""},
-      {.table = "study",
-       .key = "methods",
-       .forms = kWord,
-       .shape = Shape::list,
+       .range = above(0, kLongestRun_s), .example = "\"0.2 s\""},
+      {.table = "study", .key = "methods", .forms = kWord, .shape = Shape::list,
        .meaning = "Methods to compare, as in [scene] `method`. Default: `felt-force` symplectic-euler, rk4 and "
                   "implicit-euler, `state` "
                   "all of them.",
-       .words = method_words(),
-       .example = "[\"symplectic-euler\", \"rk4\"]"},
-      {.table = "study",
-       .key = "solvers",
-       .forms = kWord,
-       .shape = Shape::list,
-       .default_toml = "[\"cpu\"]",
+       .words = method_words(), .example = "[\"symplectic-euler\", \"rk4\"]"},
+      {.table = "study", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu\"]",
        .meaning = "Solvers to compare, as in [scene] `solver`.",
        .words = "opencl|cpu|cpu-double"},
-      {.table = "study",
-       .key = "step_sizes",
-       .forms = kDuration | kRate,
-       .shape = Shape::list,
+      {.table = "study", .key = "step_sizes", .forms = kDuration | kRate, .shape = Shape::list,
        .meaning =
            "Of the methods: whole parts of the scene's step, or (`state` only) multiples of it. Default of `felt-force`: "
            "for "
@@ -232,54 +216,28 @@ const std::vector<Field>& study_fields() {
            "scene's; "
            "for explicit methods from the first one above the limit to the fourth below it, for implicit ones down to an "
            "eighth.",
-       .range = above(0),
-       .example = "[\"1 ms\", \"0.5 ms\"]"},
-      {.table = "study",
-       .key = "iterations",
-       .forms = kInteger,
-       .shape = Shape::list,
+       .range = above(0), .example = "[\"1 ms\", \"0.5 ms\"]"},
+      {.table = "study", .key = "iterations", .forms = kInteger, .shape = Shape::list,
        .meaning =
            "Numbers of iterations; every method that iterates is run with each of them. Default: each method's own number.",
-       .range = between(1, kMostIterations),
-       .example = "[5, 20]"},
-      {.table = "study",
-       .key = "repeats",
-       .forms = kInteger,
-       .default_toml = "5",
+       .range = between(1, kMostIterations), .example = "[5, 20]"},
+      {.table = "study", .key = "repeats", .forms = kInteger, .default_toml = "5",
        .meaning = "Times that each cost is measured: least, median and greatest are reported.",
        .range = between(1, 1000)},
-      {.table = "study",
-       .key = "stiffness_limit",
-       .forms = kTable,
+      {.table = "study", .key = "stiffness_limit", .forms = kTable,
        .meaning =
            "Look for the largest [scene] `stiffness` at which every strategy is stable in a `hand`, and for nothing else."},
-      {.table = "study.stiffness_limit",
-       .key = "from",
-       .forms = kQuantity,
+      {.table = "study.stiffness_limit", .key = "from", .forms = kQuantity,
        .meaning = "Where the search begins; the loop should be stable there.",
-       .required = true,
-       .dimension = D::stiffness,
-       .range = above(0),
-       .example = "\"20 N/m\""},
-      {.table = "study.stiffness_limit",
-       .key = "to",
-       .forms = kQuantity,
+       .required = true, .dimension = D::stiffness, .range = above(0), .example = "\"20 N/m\""},
+      {.table = "study.stiffness_limit", .key = "to", .forms = kQuantity,
        .meaning = "Where it gives up.",
-       .required = true,
-       .dimension = D::stiffness,
-       .range = above(0),
-       .example = "\"30000 N/m\""},
-      {.table = "study.stiffness_limit",
-       .key = "seeds",
-       .forms = kInteger,
-       .default_toml = "1",
+       .required = true, .dimension = D::stiffness, .range = above(0), .example = "\"30000 N/m\""},
+      {.table = "study.stiffness_limit", .key = "seeds", .forms = kInteger, .default_toml = "1",
        .meaning =
            "Number of seeds, from [run] `seed` on; a stiffness counts as stable if it is stable with every one of them.",
        .range = between(1, 1000)},
-      {.table = "study.stiffness_limit",
-       .key = "mass",
-       .forms = kWord,
-       .default_toml = "\"kept\"",
+      {.table = "study.stiffness_limit", .key = "mass", .forms = kWord, .default_toml = "\"kept\"",
        .meaning = "For a tissue, whose regions and tools become stiffer in proportion. `kept`: masses stay, so a stiffer "
                   "tissue swings faster. `in-proportion`: masses and axial damping grow too, so that its frequencies stay, "
                   "as those of a `mode` do.",
