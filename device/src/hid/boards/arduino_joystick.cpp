@@ -25,11 +25,6 @@ constexpr std::uint8_t kConstant = 1, kSpring = 8, kDirectionEnable = 4;
 constexpr int kInfinite = 0x7FFF, kMost = 10'000, kEffects = 14;
 constexpr double kPi = 3.14159265358979323846;
 
-struct Condition {
-  std::int16_t center = 0, positive = 0, negative = 0;
-  std::uint16_t positive_saturation = 0, negative_saturation = 0, dead_band = 0;
-};
-
 struct Effect {
   bool allocated = false, plays = false;
   std::uint8_t type = 0, gain = 0, axis_bits = 0, condition_reports = 0;
@@ -37,7 +32,7 @@ struct Effect {
   std::int16_t magnitude = 0;
   int duration_ms = 0;
   std::int64_t started_ms = 0;
-  std::array<Condition, 2> conditions;
+  std::array<ConditionCounts, 2> conditions;
 };
 
 class ArduinoJoystick final : public Firmware {
@@ -54,25 +49,19 @@ class ArduinoJoystick final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override {
-    return count([](const Effect& effect) { return effect.plays; });
-  }
+  int playing() const override { return count_playing(effects_); }
   int allocated() const override {
-    return count([](const Effect& effect) { return effect.allocated; });
+    return count(effects_, [](const Effect& effect) { return effect.allocated; });
   }
   bool actuators_enabled() const override { return enabled_; }
 
  private:
-  template <class Predicate>
-  int count(Predicate predicate) const {
-    return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), predicate));
-  }
   static void set_effect(Effect& effect, std::span<const std::byte> report);
   static void set_condition(Effect& effect, std::span<const std::byte> report);
   void operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms);
   void control(std::uint8_t command);
   static int along(const Effect& effect, std::size_t axis, double position, double slope);
-  static double spring(const Effect& effect, const Condition& condition, double position, double slope);
+  static double spring(const Effect& effect, const ConditionCounts& condition, double position, double slope);
 
   FirmwareOptions options_;
   int last_;  // the highest block that may be used
@@ -116,11 +105,7 @@ std::vector<std::byte> ArduinoJoystick::report_descriptor() const {
 }
 
 std::vector<std::byte> ArduinoJoystick::position_report(const glm::dvec3& share) const {
-  std::vector<std::byte> bytes(5);
-  bytes[0] = std::byte{1};
-  put_position(bytes, share.x);
-  put_position(bytes, share.y);
-  return bytes;
+  return joystick_report(5, share, 2);
 }
 
 bool ArduinoJoystick::take_output(std::span<const std::byte> report, std::int64_t ms) {
@@ -162,20 +147,13 @@ void ArduinoJoystick::set_effect(Effect& effect, std::span<const std::byte> repo
 void ArduinoJoystick::set_condition(Effect& effect, std::span<const std::byte> report) {
   const std::uint8_t axis = byte_at(report, 2);
   if (axis >= 2) return;  // the library writes past its array; nobody knows what that does
-  effect.conditions[axis] = {.center = signed_at(report, 3),
-                             .positive = signed_at(report, 5),
-                             .negative = signed_at(report, 7),
-                             .positive_saturation = word_at(report, 9),
-                             .negative_saturation = word_at(report, 11),
-                             .dead_band = word_at(report, 13)};
+  effect.conditions[axis] = condition_of(report);
   ++effect.condition_reports;
 }
 
 void ArduinoJoystick::operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms) {
   const std::uint8_t operation = byte_at(report, 2), loops = byte_at(report, 3);
-  if (operation == 2) {
-    for (Effect& other : effects_) other.plays = false;
-  }
+  if (operation == 2) stop_all(effects_);
   if (operation == 1 && loops > 0) effect.duration_ms = (effect.duration_ms * loops) & 0xFFFF;
   if (operation == 1 && loops == 255) effect.duration_ms = kInfinite;
   if (operation == 1 || operation == 2) {
@@ -188,9 +166,7 @@ void ArduinoJoystick::operate(Effect& effect, std::span<const std::byte> report,
 void ArduinoJoystick::control(std::uint8_t command) {
   if (command == 1) enabled_ = true;
   if (command == 2) enabled_ = false;  // only noted: the forces go on
-  if (command == 3) {
-    for (Effect& effect : effects_) effect.plays = false;
-  }
+  if (command == 3) stop_all(effects_);
   if (command == 4) effects_.fill({});
   if (command == 5) paused_ = true;
   if (command == 6) paused_ = false;
@@ -215,15 +191,7 @@ std::vector<std::byte> ArduinoJoystick::answer(std::uint8_t id) {
   return {};
 }
 
-int ArduinoJoystick::end_effects(std::int64_t ms) {
-  int ended = 0;
-  for (Effect& effect : effects_) {
-    if (!effect.plays || effect.duration_ms == kInfinite || ms - effect.started_ms <= effect.duration_ms) continue;
-    effect.plays = false;
-    ++ended;
-  }
-  return ended;
-}
+int ArduinoJoystick::end_effects(std::int64_t ms) { return end_over(effects_, ms, kInfinite); }
 
 glm::dvec3 ArduinoJoystick::force(const glm::dvec3& share, const glm::dvec3& slope) const {
   glm::dvec3 sum{0};
@@ -247,7 +215,7 @@ int ArduinoJoystick::along(const Effect& effect, std::size_t axis, double positi
   return static_cast<int>(alone && effect.condition_reports == 1 ? force * ratio : force);
 }
 
-double ArduinoJoystick::spring(const Effect& effect, const Condition& condition, double position, double slope) {
+double ArduinoJoystick::spring(const Effect& effect, const ConditionCounts& condition, double position, double slope) {
   // The library compares the position, which is -1 to 1, with counts, so if the spring's center is not 0 it takes one side
   // for all positions.
   const int low = condition.center - condition.dead_band, high = condition.center + condition.dead_band;

@@ -1,6 +1,7 @@
 #pragma once
 /// How a board's firmware acts on the bytes that it gets. What all boards have in common is in SimulatedBoard.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -78,6 +79,51 @@ inline void put_position(std::vector<std::byte>& bytes, double share) {
   const auto counts = static_cast<std::int32_t>(share * 32767 + (share < 0 ? -0.5 : 0.5));
   bytes.push_back(static_cast<std::byte>(counts & 0xFF));
   bytes.push_back(static_cast<std::byte>(counts >> 8 & 0xFF));
+}
+
+/// Report 1 of a joystick: bytes, the first of which is its id, and a position for each axis.
+inline std::vector<std::byte> joystick_report(std::size_t before, const glm::dvec3& share, int axes) {
+  std::vector<std::byte> bytes(before);
+  bytes[0] = std::byte{1};
+  for (int axis = 0; axis < axes; ++axis) put_position(bytes, share[axis]);
+  return bytes;
+}
+
+/// Set Condition as two of the firmwares keep it, in counts; the third byte of the report is the axis.
+struct ConditionCounts {
+  std::int16_t center = 0, positive = 0, negative = 0;
+  std::uint16_t positive_saturation = 0, negative_saturation = 0, dead_band = 0;
+  bool acts() const { return (positive != 0 && positive_saturation != 0) || (negative != 0 && negative_saturation != 0); }
+};
+inline ConditionCounts condition_of(std::span<const std::byte> report) {
+  return {signed_at(report, 3), signed_at(report, 5), signed_at(report, 7),
+          word_at(report, 9),   word_at(report, 11),  word_at(report, 13)};
+}
+
+// ---- effects
+
+template <class Effects, class Predicate>
+int count(const Effects& effects, Predicate predicate) {
+  return static_cast<int>(std::count_if(effects.begin(), effects.end(), predicate));
+}
+template <class Effects>
+int count_playing(const Effects& effects) {
+  return count(effects, [](const auto& effect) { return effect.plays; });
+}
+template <class Effects>
+void stop_all(Effects& effects) {
+  for (auto& effect : effects) effect.plays = false;
+}
+/// Ends those that have played for longer than their duration; returns how many.
+template <class Effects>
+int end_over(Effects& effects, std::int64_t ms, int infinite) {
+  int ended = 0;
+  for (auto& effect : effects) {
+    if (!effect.plays || effect.duration_ms == infinite || ms - effect.started_ms <= effect.duration_ms) continue;
+    effect.plays = false;
+    ++ended;
+  }
+  return ended;
 }
 
 // ---- descriptors

@@ -30,12 +30,6 @@ constexpr std::int32_t kMost = 0x7FFF;
 constexpr double kOwnSlope = 4.0625;
 constexpr float kPi = 3.14159265F;
 
-struct Condition {
-  std::int16_t center = 0, positive = 0, negative = 0;
-  std::uint16_t positive_saturation = 0, negative_saturation = 0, dead_band = 0;
-  bool acts() const { return (positive != 0 && positive_saturation != 0) || (negative != 0 && negative_saturation != 0); }
-};
-
 /// The levels are magnitudes without a sign, the times milliseconds.
 struct Envelope {
   std::uint16_t attack_level = 0, fade_level = 0;
@@ -51,7 +45,7 @@ struct Effect {
   std::int64_t started_ms = 0;
   std::array<float, 2> ratio{};
   Envelope envelope;
-  std::array<Condition, 2> conditions;
+  std::array<ConditionCounts, 2> conditions;
   bool one_condition = true;
 };
 
@@ -71,19 +65,13 @@ class OpenFfBoard final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override {
-    return count([](const Effect& effect) { return effect.plays; });
-  }
+  int playing() const override { return count_playing(effects_); }
   int allocated() const override {
-    return count([](const Effect& effect) { return effect.type != 0; });
+    return count(effects_, [](const Effect& effect) { return effect.type != 0; });
   }
   bool actuators_enabled() const override { return active_; }
 
  private:
-  template <class Predicate>
-  int count(Predicate predicate) const {
-    return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), predicate));
-  }
   void say_state() { states_.push_back(active_ ? 0x1A : 0x09); }  // power; enabled and playing, or paused
   void set_effect(Effect& effect, std::span<const std::byte> report);
   void set_condition(Effect& effect, std::span<const std::byte> report) const;
@@ -236,12 +224,7 @@ void OpenFfBoard::set_effect(Effect& effect, std::span<const std::byte> report) 
 void OpenFfBoard::set_condition(Effect& effect, std::span<const std::byte> report) const {
   const std::size_t axis = std::min<std::size_t>(static_cast<std::size_t>(axes_), byte_at(report, 2));
   if (axis >= 2) return;  // the firmware writes past its array; nobody knows what that does
-  effect.conditions[axis] = {.center = signed_at(report, 3),
-                             .positive = signed_at(report, 5),
-                             .negative = signed_at(report, 7),
-                             .positive_saturation = word_at(report, 9),
-                             .negative_saturation = word_at(report, 11),
-                             .dead_band = word_at(report, 13)};
+  effect.conditions[axis] = condition_of(report);
   const bool acts = effect.conditions[axis].acts();
   if (axis > 0 && acts) effect.one_condition = false;
   if ((acts || (axis > 0 && effect.one_condition)) && effect.ratio[axis] == 0) effect.ratio[axis] = 1;
@@ -253,9 +236,7 @@ void OpenFfBoard::operate(std::size_t index, std::span<const std::byte> report, 
     effects_[index].plays = false;
     return;
   }
-  if (operation == 2) {
-    for (Effect& effect : effects_) effect.plays = false;
-  }
+  if (operation == 2) stop_all(effects_);
   effects_[index].plays = true;
   effects_[index].started_ms = ms;
 }
@@ -286,13 +267,7 @@ std::vector<std::byte> OpenFfBoard::answer(std::uint8_t id) {
 
 int OpenFfBoard::end_effects(std::int64_t ms) {
   now_ms_ = ms;
-  int ended = 0;
-  for (Effect& effect : effects_) {
-    if (!effect.plays || effect.duration_ms == kInfinite || ms - effect.started_ms <= effect.duration_ms) continue;
-    effect.plays = false;
-    ++ended;
-  }
-  return ended;
+  return end_over(effects_, ms, kInfinite);
 }
 
 glm::dvec3 OpenFfBoard::force(const glm::dvec3& share, const glm::dvec3& slope) const {
@@ -326,7 +301,7 @@ std::int32_t OpenFfBoard::magnitude(const Effect& effect) const {
 }
 
 std::int32_t OpenFfBoard::spring(const Effect& effect, std::size_t axis, double position, double slope) const {
-  const Condition& condition = effect.conditions[effect.one_condition ? 0 : axis];
+  const ConditionCounts& condition = effect.conditions[effect.one_condition ? 0 : axis];
   const double counts = position * kMost;
   const double from_center = counts - condition.center;
   if ((from_center < 0 ? -from_center : from_center) <= condition.dead_band) return 0;

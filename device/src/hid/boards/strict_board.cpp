@@ -65,19 +65,13 @@ class StrictBoard final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override {
-    return count([](const Effect& effect) { return effect.plays; });
-  }
+  int playing() const override { return count_playing(effects_); }
   int allocated() const override {
-    return count([](const Effect& effect) { return effect.allocated; });
+    return count(effects_, [](const Effect& effect) { return effect.allocated; });
   }
   bool actuators_enabled() const override { return enabled_; }
 
  private:
-  template <class Predicate>
-  int count(Predicate predicate) const {
-    return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), predicate));
-  }
   void say_state() {
     states_.push_back(static_cast<std::uint8_t>((paused_ ? 1 : 0) | (enabled_ ? 2 : 0) | (switch_closed_ ? 4 : 0) |
                                                 (has_power_ ? 8 : 0) | (playing() > 0 ? 16 : 0)));
@@ -131,13 +125,7 @@ std::vector<std::byte> StrictBoard::report_descriptor() const {
   return std::move(at.bytes);
 }
 
-std::vector<std::byte> StrictBoard::position_report(const glm::dvec3& share) const {
-  std::vector<std::byte> bytes(2);
-  bytes[0] = std::byte{1};
-  put_position(bytes, share.x);
-  put_position(bytes, share.y);
-  return bytes;
-}
+std::vector<std::byte> StrictBoard::position_report(const glm::dvec3& share) const { return joystick_report(2, share, 2); }
 
 bool StrictBoard::take_output(std::span<const std::byte> report, std::int64_t ms) {
   if (report.size() < 2) return false;
@@ -191,9 +179,7 @@ void StrictBoard::set_condition(Effect& effect, std::span<const std::byte> repor
 
 void StrictBoard::operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms) {
   const std::uint8_t operation = byte_at(report, 2);
-  if (operation == 2) {
-    for (Effect& other : effects_) other.plays = false;
-  }
+  if (operation == 2) stop_all(effects_);
   effect.plays = operation != 3;
   effect.started_ms = ms;
   say_state();
@@ -202,9 +188,7 @@ void StrictBoard::operate(Effect& effect, std::span<const std::byte> report, std
 void StrictBoard::control(std::uint8_t command) {
   if (command == 1) enabled_ = true;
   if (command == 2) enabled_ = false;
-  if (command == 3) {
-    for (Effect& effect : effects_) effect.plays = false;
-  }
+  if (command == 3) stop_all(effects_);
   if (command == 4) {
     std::fill(effects_.begin(), effects_.end(), Effect{});
     enabled_ = true;
@@ -242,12 +226,7 @@ std::vector<std::byte> StrictBoard::answer(std::uint8_t id) {
 }
 
 int StrictBoard::end_effects(std::int64_t ms) {
-  int ended = 0;
-  for (Effect& effect : effects_) {
-    if (!effect.plays || effect.duration_ms == kInfinite || ms - effect.started_ms < effect.duration_ms) continue;
-    effect.plays = false;
-    ++ended;
-  }
+  const int ended = end_over(effects_, ms + 1, kInfinite);  // to the millisecond
   if (ended > 0) say_state();
   return ended;
 }
