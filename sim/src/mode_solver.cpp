@@ -29,21 +29,19 @@ void check(const ModeScene& mode) {
     throw SolverError(SolverFault::bad_scene, "the mode's surface is nowhere", "a length along its normal");
 }
 
-class ModeSolver final : public Solver {
+class ModeSolver final : public EnvironmentSolver {
  public:
   explicit ModeSolver(const Scene& scene)
-      : mode_((check(std::get<ModeScene>(scene.body)), std::get<ModeScene>(scene.body))),
+      : EnvironmentSolver(scene),
+        mode_((check(std::get<ModeScene>(scene.body)), std::get<ModeScene>(scene.body))),
         normal_(unit_normal(mode_.normal)),
         omega_(2 * std::numbers::pi * mode_.frequency_Hz),
         step_s_(period_s(scene.step_rate)),
         variable_(scene.variable_step),
         digest_(scene.needs_state_digest),
         settled_(scene.local_model == LocalModel::settled),
-        nodes_(static_cast<std::size_t>(scene.tool_count)),
-        contacts_(contact_count(scene)) {
-    info_.name = "cpu-double";
+        nodes_(static_cast<std::size_t>(scene.tool_count)) {
     info_.substeps = substeps(step_s_);
-    info_.left_out = evenstep::left_out(scene);
   }
 
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) override {
@@ -57,7 +55,6 @@ class ModeSolver final : public Solver {
     }
     return response;
   }
-  std::span<const ToolContact> contacts() const override { return contacts_; }
   std::uint64_t state_digest() override {
     std::uint64_t digest = 0;
     if (!digest_) return digest;
@@ -68,11 +65,8 @@ class ModeSolver final : public Solver {
   }
   void reset() override {
     std::fill(nodes_.begin(), nodes_.end(), Node{});
-    std::fill(contacts_.begin(), contacts_.end(), ToolContact{});
+    EnvironmentSolver::reset();
   }
-  ParticleState particle_state() override { return {}; }
-  SolverVerdict verdict() override { return {}; }
-  const SolverInfo& info() const override { return info_; }
 
  private:
   struct Node {
@@ -142,8 +136,6 @@ class ModeSolver final : public Solver {
   double step_s_;
   bool variable_, digest_, settled_;
   std::vector<Node> nodes_;
-  std::vector<ToolContact> contacts_;
-  SolverInfo info_;
 };
 
 }  // namespace

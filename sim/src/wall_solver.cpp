@@ -7,17 +7,15 @@
 namespace evenstep::internal {
 namespace {
 
-class WallSolver final : public Solver {
+class WallSolver final : public EnvironmentSolver {
  public:
   explicit WallSolver(const Scene& scene)
-      : wall_(std::get<WallScene>(scene.body)), normal_(unit_normal(wall_.normal)), contacts_(contact_count(scene)) {
+      : EnvironmentSolver(scene), wall_(std::get<WallScene>(scene.body)), normal_(unit_normal(wall_.normal)) {
     check_stiffness(wall_.stiffness_N_per_m, "the wall");
     if (!std::isfinite(wall_.surface_m))
       throw SolverError(SolverFault::bad_scene, "the wall's surface is nowhere", "a length along its normal");
     if (std::isnan(wall_.hardening_m) || wall_.hardening_m < 0)
       throw SolverError(SolverFault::bad_scene, "the wall's hardening length is negative", "a length, or 0 for none");
-    info_.name = "cpu-double";
-    info_.left_out = evenstep::left_out(scene);
   }
 
   /// The length of the step does not matter: the wall has no memory.
@@ -36,18 +34,10 @@ class WallSolver final : public Solver {
     }
     return response;
   }
-  std::span<const ToolContact> contacts() const override { return contacts_; }
-  std::uint64_t state_digest() override { return 0; }
-  void reset() override { std::fill(contacts_.begin(), contacts_.end(), ToolContact{}); }
-  ParticleState particle_state() override { return {}; }
-  SolverVerdict verdict() override { return {}; }
-  const SolverInfo& info() const override { return info_; }
 
  private:
   WallScene wall_;
   glm::dvec3 normal_;
-  std::vector<ToolContact> contacts_;
-  SolverInfo info_;
 };
 
 }  // namespace
