@@ -163,7 +163,9 @@ TEST_CASE("With nothing lost, the least latency and lead miss nothing, and one n
       count(one.summary);
       return true;
     };
-    if (with(least_latency_ns + 1'000'000, least_lead_ns - 1)) MUST(missing > 0);
+    // A time stamp has whole microseconds, rounded up, so a sample that is stamped seems newer by less than one.
+    const std::int64_t less_ns = drawn.toml.find("sample_time = \"taken\"") != std::string::npos ? 1000 : 1;
+    if (with(least_latency_ns + 1'000'000, least_lead_ns - less_ns)) MUST(missing > 0);
     if (!with(least_latency_ns - 1, least_lead_ns)) return false;
     MUST(late > 0);
     return true;
