@@ -3,7 +3,8 @@
 
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE          one page, without what exceptions.txt calls long
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE --long   its long commands, with their output
-    docs_test.py PROGRAM SOURCE_DIR BUILD_DIR --exceptions  that each exception is needed, and how many there are
+    docs_test.py PROGRAM SOURCE_DIR BUILD_DIR --exceptions  that each exception is needed, how many there are, and
+                                                            how many words a page has
 
 The word after the fence says what a block is:
     console   lines with "$ " are commands of one shell; the lines after a command are its stdout or its stderr, never a
@@ -37,6 +38,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 KINDS = {"parsed", "long", "fails", "elsewhere"}
+MOST_WORDS, MOST_WORDS_OF_ALL = 4000, 85000
+LOOKED_UP = ("docs/reference/scenario-format.md", "docs/reference/metrics.md")
 EXPECTED_EXCEPTIONS = 67  # a new one needs a reason and this number
 
 
@@ -296,6 +299,17 @@ def pages(source):
     return [str(page.relative_to(source)) for glob in ("*.md", "docs/**/*.md") for page in sorted(source.glob(glob))]
 
 
+def check_words(source):
+    """Pages are short enough to be read: the two that are looked things up in excepted, and all of them together."""
+    words = {page: len((source / page).read_text(encoding="utf-8").split()) for page in pages(source) if page.startswith("docs/")}
+    problems = [f"{page}: {count} words; a page has at most {MOST_WORDS}, so split it or say it in fewer"
+                for page, count in words.items() if count > MOST_WORDS and page not in LOOKED_UP]
+    if sum(words.values()) > MOST_WORDS_OF_ALL:
+        problems.append(f"docs/ has {sum(words.values())} words; at most {MOST_WORDS_OF_ALL}: say what is new in fewer, or "
+                        "leave out what a command prints by itself or another page says")
+    return problems
+
+
 def check_exceptions(source):
     known = exceptions()
     there = [(page, "*") for page in pages(source)]
@@ -312,7 +326,7 @@ def check_exceptions(source):
 def main():
     program, source, build, page = Path(sys.argv[1]), Path(sys.argv[2]).resolve(), Path(sys.argv[3]), sys.argv[4]
     if page == "--exceptions":
-        problems = check_exceptions(source)
+        problems = check_exceptions(source) + check_words(source)
     else:
         problems = Page(program, source, build, page, "--long" in sys.argv[5:]).run()
     print("\n".join(problems) or "ok")
