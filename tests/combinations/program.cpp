@@ -49,20 +49,38 @@ void on_alarm(int) {
   _exit(code);
 }
 
+/// As waitpid gives it. The child must not return.
+int status_of_child(const std::function<void()>& be_child) {
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("fork: " + std::string(std::strerror(errno)));
+  if (child == 0) be_child();
+  int status = 0;
+  if (waitpid(child, &status, 0) != child) throw std::runtime_error("waitpid: " + std::string(std::strerror(errno)));
+  return status;
+}
+
 }  // namespace
 
 Ended run_program(const std::vector<std::string>& arguments, const std::string& folder, const Registry& registry,
                   const ProgramLimits& limits) {
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("fork: " + std::string(std::strerror(errno)));
-  if (child == 0) be_program(arguments, folder, registry, limits);
-  int status = 0;
-  if (waitpid(child, &status, 0) != child) throw std::runtime_error("waitpid: " + std::string(std::strerror(errno)));
+  const int status = status_of_child([&] { be_program(arguments, folder, registry, limits); });
   std::ifstream file(folder + "/output.txt");
   std::ostringstream text;
   text << file.rdbuf();
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, WIFSIGNALED(status) ? WTERMSIG(status) : 0, text.str()};
+}
+
+std::optional<int> in_own_process(const std::function<int()>& work) {
+  const int status = status_of_child([&] {
+    alarm(60);
+    try {
+      _exit(work());
+    } catch (const std::exception&) {
+      std::abort();
+    }
+  });
+  return WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
 }
 
 std::string Ended::text() const {

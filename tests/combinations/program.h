@@ -1,6 +1,8 @@
 #pragma once
 /// The program evenstep in a process of its own, with limits: a test sees how it ended, whatever it did.
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,5 +27,9 @@ struct Ended {
 /// Runs `evenstep ARGUMENTS` in `folder`.
 Ended run_program(const std::vector<std::string>& arguments, const std::string& folder, const Registry& registry = {},
                   const ProgramLimits& limits = {});
+
+/// What `work` returns, 0 to 255, computed in a process of its own: a library that has made threads, such as PoCL, does not
+/// survive that run_program forks later. Empty if it threw or ended in another way.
+std::optional<int> in_own_process(const std::function<int()>& work);
 
 }  // namespace evenstep::testing
