@@ -20,6 +20,7 @@ namespace evenstep::testing {
 namespace {
 
 int seconds_until_killed = 0;
+constexpr int kThrew = 255;
 
 /// In the child: the first alarm interrupts the program, the second one ends it.
 void on_alarm(int) {
@@ -77,10 +78,10 @@ std::optional<int> in_own_process(const std::function<int()>& work) {
     try {
       _exit(work());
     } catch (const std::exception&) {
-      std::abort();
+      _exit(kThrew);
     }
   });
-  return WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
+  return WIFEXITED(status) && WEXITSTATUS(status) != kThrew ? std::optional(WEXITSTATUS(status)) : std::nullopt;
 }
 
 std::string Ended::text() const {

@@ -28,7 +28,7 @@ struct Ended {
 Ended run_program(const std::vector<std::string>& arguments, const std::string& folder, const Registry& registry = {},
                   const ProgramLimits& limits = {});
 
-/// What `work` returns, 0 to 255, computed in a process of its own: a library that has made threads, such as PoCL, does not
+/// What `work` returns, 0 to 254, computed in a process of its own: a library that has made threads, such as PoCL, does not
 /// survive that run_program forks later. Empty if it threw or ended in another way.
 std::optional<int> in_own_process(const std::function<int()>& work);
 
