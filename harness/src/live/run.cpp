@@ -169,6 +169,11 @@ std::string wall_clock_objection(const Scenario& scenario) {
     return "[timing] order = \"concurrent\" runs on the virtual clock only";
   if (scenario.timing.elsewhere || traits_of(scenario.live).continues || scenario.live == StrategyKind::polyphase)
     return "a [source], and a live strategy that continues or filters its forces, run on the virtual clock only";
+  if (std::find(scenario.strategies.begin(), scenario.strategies.end(), scenario.live) == scenario.strategies.end())
+    return fmt::format(
+        "[run] live = \"{0}\" is not one of the run's strategies; add \"{0}\" to 'strategies', or name one "
+        "of those",
+        name_of(scenario.live));
   if (traits_of(scenario.live).knows_motion) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }

@@ -204,6 +204,7 @@ TEST_CASE("what cannot run on the wall clock is refused there, with the remedy")
   for (const auto& [set, remedy] : std::vector<std::pair<std::string, std::string>>{
            {"remap.underrun={ interaction = \"gate\" }", "interaction = \"clamp\" or \"extrapolate\""},
            {"run.keep=\"summary\"", "[run] keep"},
+           {"run.strategies=[\"direct\", \"jack_dll\"]", "add \"phase_locked\" to 'strategies'"},
            {"timing={ order = \"concurrent\", visualization = \"25 ms\", steps = 15, segment = \"30 Hz\", paced = true }",
             "runs on the virtual clock only"}}) {
     std::vector<std::string> sets = kLive;
