@@ -36,7 +36,7 @@ check planted $'// examples/embed/embed.cpp\nint planted;\n' >/dev/null
 check planted $'/* examples/planted.c */\n' >/dev/null
 ((failures == 2)) || { echo 'a planted piece of code is not seen'; exit 1; }
 failures=0 blocks=0
-for page in README.md $(cd -- "$root" && ls docs/*.md); do check_page "$page"; done
+for page in README.md $(cd -- "$root" && ls docs/*.md docs/*/*.md); do check_page "$page"; done
 ((blocks >= 5)) || fail "only $blocks blocks were found"
 ((failures == 0)) && echo "$blocks blocks are as the examples have them"
 ((failures == 0))
