@@ -63,12 +63,14 @@ constexpr double kRichness = 0.05;
 
 /// Nearly all drawn scenarios run for some tenths of a second. What is interrupted, such as a case with every method, is not
 /// judged.
-constexpr ProgramLimits kLawLimits{.interrupt_after_s = 5, .end_after_s = 20};
+constexpr int kInterruptAfter_s = kSanitized ? 60 : 5;
 
 /// Runs in a folder of its own.
 class Bench {
  public:
-  Bench() { write_recordings(folder_.path().string()); }
+  explicit Bench(int interrupt_after_s = kInterruptAfter_s) : limits_{interrupt_after_s, 20} {
+    write_recordings(folder_.path().string());
+  }
   const Registry& registry() const { return registry_; }
   std::string path() const { return folder_.path().string(); }
   std::string scenario() const { return folder_.path().string() + "/scenario.toml"; }
@@ -79,7 +81,7 @@ class Bench {
     return drawn;
   }
   Ended program(const std::vector<std::string>& arguments) const {
-    return run_program(arguments, folder_.path().string(), registry_, kLawLimits);
+    return run_program(arguments, folder_.path().string(), registry_, limits_);
   }
   /// `evenstep run` of a scenario text; `summary` is null if there is none.
   struct Run {
@@ -96,6 +98,7 @@ class Bench {
   }
 
  private:
+  ProgramLimits limits_;
   TemporaryFolder folder_;
   Registry registry_ = own_parts::registry();
 };
