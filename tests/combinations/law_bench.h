@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../own_parts/parts.h"
@@ -61,16 +62,16 @@ inline bool loses_or_varies(const std::string& toml) {
 
 constexpr double kRichness = 0.05;
 
-/// Nearly all drawn scenarios run for some tenths of a second. What is interrupted, such as a case with every method, is not
-/// judged.
+/// Nearly all drawn scenarios run for some tenths of a second. One whose first command is interrupted, such as a case with
+/// every method, is mostly not judged; what is compared with that command has a minute.
 constexpr int kInterruptAfter_s = kSanitized ? 60 : 5;
 
 /// Runs in a folder of its own.
 class Bench {
  public:
-  explicit Bench(int interrupt_after_s = kInterruptAfter_s) : limits_{interrupt_after_s, 20} {
-    write_recordings(folder_.path().string());
-  }
+  Bench() { write_recordings(folder_.path().string()); }
+  /// The next command is the first one of a scenario.
+  void begin_scenario() const { is_first_ = true; }
   const Registry& registry() const { return registry_; }
   std::string path() const { return folder_.path().string(); }
   std::string scenario() const { return folder_.path().string() + "/scenario.toml"; }
@@ -81,7 +82,8 @@ class Bench {
     return drawn;
   }
   Ended program(const std::vector<std::string>& arguments) const {
-    return run_program(arguments, folder_.path().string(), registry_, limits_);
+    return run_program(arguments, folder_.path().string(), registry_,
+                       {.interrupt_after_s = std::exchange(is_first_, false) ? kInterruptAfter_s : 60, .end_after_s = 20});
   }
   /// `evenstep run` of a scenario text; `summary` is null if there is none.
   struct Run {
@@ -98,7 +100,7 @@ class Bench {
   }
 
  private:
-  ProgramLimits limits_;
+  mutable bool is_first_ = false;
   TemporaryFolder folder_;
   Registry registry_ = own_parts::registry();
 };
@@ -106,7 +108,7 @@ class Bench {
 /// What a law says of one scenario.
 class Law {
  public:
-  Law(const Bench& used, std::uint64_t drawn_from) : bench(used), seed(drawn_from) {}
+  Law(const Bench& used, std::uint64_t drawn_from) : bench(used), seed(drawn_from) { used.begin_scenario(); }
   const Bench& bench;
   const std::uint64_t seed;
 

@@ -177,7 +177,7 @@ TEST_CASE(
                                 "rate = \"1234.5 Hz\"\nphase = \"0.8012 ms\"\nreport_age = \"3 ms\"\n[remap]\n" +
                                 "lead = \"6.269 ms\"\nlatency = \"minimal-this-phase\"\n" + kGate},
   };
-  const Bench bench(60);  // none of these takes long, on a machine that is not loaded
+  const Bench bench;
   for (const auto& row : rows) {
     const Bench::Run run = bench.run(kTiming + row.toml, "run");
     INFO(row.what << '\n' << run.ended.text());
@@ -200,7 +200,7 @@ TEST_CASE(
     "shrunk") {
   const std::string head =
       "format = 1\n[run]\nduration = \"1.5 s\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"d0\"\n";
-  const Bench bench(60);
+  const Bench bench;
   for (const char* const timing :
        {"[timing]\nsegment = \"16.7 ms\"\nvisualization = \"3.711 ms\"\norder = \"concurrent\"\nsteps = 1\npaced = true\n"
         "hitch = { every = \"0.5 s\", visualization = \"40 ms\" }\n",
