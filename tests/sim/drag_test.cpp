@@ -25,13 +25,13 @@ TissueScene block(double ratio, bool region, Method method) {
   return tissue;
 }
 
-/// The forces of both tools over 20 steps of 1 ms.
+/// The forces of both tools over 40 steps of 1 ms.
 std::vector<glm::dvec3> forces_of(SolverKind kind, const TissueScene& tissue, bool variable_step) {
   Scene scene = scene_of(tissue, 1e-3);
   scene.variable_step = variable_step;
   const auto solver = make_solver(kind, scene);
   std::vector<glm::dvec3> forces_N;
-  for (int n = 0; n <= 20; ++n) {
+  for (int n = 0; n <= 40; ++n) {
     const auto positions = wandering_tools(n);
     const ToolResponse response = variable_step ? solver->step(positions, 0.8e-3) : solver->step(positions);
     forces_N.push_back(response.force_N[0]);
