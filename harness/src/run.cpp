@@ -242,7 +242,7 @@ void finish(RunRecord& run) {
 /// If it throws, `run` contains what was recorded until then.
 void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
   run = start_run(scenario, options);
-  const std::vector<StrategyPlan> plans = plan(scenario, PlannedSteps::drop);
+  const std::vector<StrategyPlan> plans = plan(scenario);
   if (options.replayed)
     run_recorded(scenario, plans, options, run, difference);
   else if (options.clock == ClockKind::wall)

@@ -22,7 +22,7 @@ void put_memory(const Scenario& scenario, const StrategyPlan& plan, StrategyReco
     Duration read = link.interaction.window, sent = link.force.window;
     if (link.interaction_filter)
       read = std::max(read, settling_time(*link.interaction_filter, link.step_rate) + scenario.nominal.segment);
-    if (link.source) sent = std::max(sent, internal::memory_of(*link.source, plan));
+    if (link.source) sent = std::max(sent, internal::memory_of(*link.source, scenario, plan));
     if (link.force_filter) sent = std::max(sent, settling_time(*link.force_filter, link.ticks.rate));
     record.interaction_memory = std::max(record.interaction_memory, read);
     record.force_memory = std::max(record.force_memory, sent);
@@ -53,7 +53,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
     }
   }
   put_memory(scenario, plan, record);
-  const auto& [steps, any, here] = plan.sizing;
+  const auto& [any, here] = plan.sizing;
   record.latency = {.lead = plan.lead,
                     .latency = plan.latency,
                     .least_any_phase_lead = any.lead,

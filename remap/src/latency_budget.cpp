@@ -6,6 +6,7 @@ namespace evenstep {
 namespace {
 
 using internal::EmissionSlots;
+using internal::NewestThisPhase;
 
 /// The time that the newest sample is sure to have reached when a step begins, at any phase of the device.
 class NewestAnyPhase {
@@ -15,32 +16,6 @@ class NewestAnyPhase {
 
  private:
   Duration sampling_term_;
-};
-
-class NewestThisPhase {
- public:
-  explicit NewestThisPhase(SamplingGrid device) : device_(device), period_(period_ceil(device.rate)) {
-    const __int128 period = static_cast<__int128>(period_.ns) * device.rate.num;
-    whole_ = period == static_cast<__int128>(device.rate.den) * 1'000'000'000;
-    per_ns_ = 1 / static_cast<double>(period_.ns);
-  }
-  RealTime operator()(RealTime begin) const {
-    if (!whole_) return newest_sample(device_, begin);
-    // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
-    const std::int64_t since = (begin - device_.origin).ns;
-    const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
-    std::int64_t into =
-        near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns : since % period_.ns;
-    if (into < 0) into += period_.ns;
-    if (into >= period_.ns) into -= period_.ns;
-    return begin - Duration{into} - device_.age;
-  }
-
- private:
-  SamplingGrid device_;
-  Duration period_;
-  bool whole_ = false;  // the period is a whole number of ns
-  double per_ns_ = 0;
 };
 
 LatencyBudget needs_of(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
@@ -63,23 +38,25 @@ std::size_t most_ticks(Rate rate, Duration span) {
   return span.ns <= 0 ? 0 : static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{span.ns}));
 }
 
-/// max over n of #{m <= n: F(m) > F(n) - window}: the most forces in a window that ends at a force.
-std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
-  if (window.ns <= 0) return 0;
-  std::size_t most = 0;
-  std::size_t oldest = 0;  // first m with F(m) > F(n) - window
-  EmissionSlots newest_slots;
-  EmissionSlots oldest_slots;
-  RealTime oldest_slot = steps.empty() ? RealTime{} : oldest_slots.next(steps[0].slot);
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    const RealTime newest_slot = newest_slots.next(steps[n].slot);
-    while (oldest < n && oldest_slot <= newest_slot - window) oldest_slot = oldest_slots.next(steps[++oldest].slot);
-    most = std::max(most, n + 1 - oldest);
-  }
-  return most;
+}  // namespace
+
+NewestThisPhase::NewestThisPhase(SamplingGrid device) : device_(device), period_(period_ceil(device.rate)) {
+  const __int128 period = static_cast<__int128>(period_.ns) * device.rate.num;
+  whole_ = period == static_cast<__int128>(device.rate.den) * 1'000'000'000;
+  per_ns_ = 1 / static_cast<double>(period_.ns);
 }
 
-}  // namespace
+RealTime NewestThisPhase::operator()(RealTime begin) const {
+  if (!whole_) return newest_sample(device_, begin);
+  // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
+  const std::int64_t since = (begin - device_.origin).ns;
+  const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
+  std::int64_t into =
+      near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns : since % period_.ns;
+  if (into < 0) into += period_.ns;
+  if (into >= period_.ns) into -= period_.ns;
+  return begin - Duration{into} - device_.age;
+}
 
 RunningNeeds::RunningNeeds(std::span<const SamplingGrid> devices, Emission emission, Phase phase)
     : devices_(devices.begin(), devices.end()), emission_(emission), phase_(phase), leads_(devices.size()) {}
@@ -149,6 +126,39 @@ void WaitingForces::add(std::span<const MappedStep> steps) {
   }
 }
 
+void ForcesWithin::add(std::span<const MappedStep> steps) {
+  if (window_.ns <= 0) return;
+  for (const MappedStep& step : steps) {
+    within_.push_back(slots_.next(step.slot));
+    while (within_.front() <= within_.back() - window_) within_.pop_front();
+    most_ = std::max(most_, within_.size());
+  }
+}
+
+RunningCapacities::RunningCapacities(std::span<const SamplingGrid> devices, Duration lead, Duration latency,
+                                     Duration sample_window, Duration force_window)
+    : devices_(devices.begin(), devices.end()),
+      lead_(lead),
+      latency_(latency),
+      longest_(sample_window),
+      waiting_(latency - lead),
+      within_(force_window) {}
+
+void RunningCapacities::add(std::span<const MappedStep> steps) {
+  for (const MappedStep& step : steps) longest_ = std::max(longest_, step.begin - (step.slot - lead_));
+  waiting_.add(steps);
+  within_.add(steps);
+}
+
+LatencyBudget RunningCapacities::budget() const {
+  std::size_t most_samples = 0;
+  for (const SamplingGrid& device : devices_) most_samples = std::max(most_samples, most_ticks(device.rate, longest_));
+  LatencyBudget budget{lead_, latency_};
+  budget.interaction_capacity = most_samples + 2;
+  budget.force_capacity = std::max(waiting_.most(), within_.most()) + 2;
+  return budget;
+}
+
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission) {
   return with_capacities(least_needs_any_phase(steps, devices, emission), steps, devices);
@@ -166,18 +176,9 @@ LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window, Duration force_window) {
-  Duration longest;  // the longest time from a read to the begin of its step; it contains the most ticks
-  for (const MappedStep& step : steps) longest = std::max(longest, step.begin - (step.slot - lead));
-  std::size_t most_samples = 0;
-  for (const SamplingGrid& device : devices) {
-    most_samples = std::max(most_samples, most_ticks(device.rate, std::max(sample_window, longest)));
-  }
-  LatencyBudget budget{lead, latency};
-  budget.interaction_capacity = most_samples + 2;
-  WaitingForces waiting(latency - lead);
-  waiting.add(steps);
-  budget.force_capacity = std::max(waiting.most(), most_forces_within(steps, force_window)) + 2;
-  return budget;
+  RunningCapacities capacities(devices, lead, latency, sample_window, force_window);
+  capacities.add(steps);
+  return capacities.budget();
 }
 
 RealTime newest_sample(const SamplingGrid& device, RealTime at) {
@@ -185,32 +186,26 @@ RealTime newest_sample(const SamplingGrid& device, RealTime at) {
   return tick_time(device.rate, next - 1, device.origin) - device.age;
 }
 
-std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
-  const NewestThisPhase newest(device);
-  std::vector<bool> underruns;
-  underruns.reserve(steps.size());
-  for (const MappedStep& step : steps) underruns.push_back(step.slot - lead > newest(step.begin));
-  return underruns;
-}
+RunningUnderruns::RunningUnderruns(SamplingGrid device, Duration lead, const AdaptiveLatency& latency, Emission emission,
+                                   Duration ahead)
+    : newest_(device), emissions_(lead, latency), emission_(emission), ahead_(ahead) {}
 
-std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
-                                     Emission emission, Duration ahead) {
-  std::vector<Duration> late;
-  late.reserve(steps.size());
-  RunningEmissions emissions(lead, latency);
-  for (const MappedStep& step : steps) late.push_back(emissions.next(step).late(emission, ahead));
-  return late;
+RunningUnderruns::Step RunningUnderruns::next(const MappedStep& step) {
+  const StepEmission force = emissions_.next(step);
+  return {std::max(force.slot.read - newest_(step.begin), Duration{}), force.late(emission_, ahead_)};
 }
 
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
-  const std::vector<bool> underruns = interaction_underruns(steps, device, lead);
-  return std::count(underruns.begin(), underruns.end(), true);
+  const NewestThisPhase newest(device);
+  return std::count_if(steps.begin(), steps.end(),
+                       [&](const MappedStep& step) { return step.slot - lead > newest(step.begin); });
 }
 
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
                                Emission emission) {
-  const std::vector<Duration> late = force_lateness(steps, lead, latency, emission);
-  return std::count_if(late.begin(), late.end(), [](Duration by) { return by.ns > 0; });
+  RunningUnderruns underruns({}, lead, latency, emission);
+  return std::count_if(steps.begin(), steps.end(),
+                       [&](const MappedStep& step) { return underruns.next(step).late_by.ns > 0; });
 }
 
 }  // namespace evenstep

@@ -13,7 +13,9 @@
 #include <map>
 #include <thread>
 
+#include "bytes_for.h"
 #include "cases.h"
+#include "evenstep/harness/foresee.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/random.h"
@@ -247,4 +249,23 @@ TEST_CASE("one hour in virtual time needs no more memory at its end than after t
   CHECK(outcome.record.strategies.at(0).devices.at(0).ticks.size() == 3'600'000);
   WARN("resident: " << after_ten_minutes_MiB << " MiB after ten minutes, " << at_end_MiB << " MiB after sixty");
   CHECK(at_end_MiB <= after_ten_minutes_MiB + 32);  // MiB: what rows may have in memory between two looks (rows.h)
+}
+
+// Left out with sanitizers, because their allocators keep what was freed.
+TEST_CASE("sizing a run of two hours needs no more memory than one of two seconds, with or without a gate", "[sweep]") {
+  const auto bytes = [](const char* policy, const char* duration) {
+    return bytes_for([&] {
+      const Scenario scenario =
+          read("timing/jitter-1.toml", {std::string("run.duration=\"") + duration + "\"",
+                                        std::string("remap.underrun={ interaction = \"") + policy + "\" }"});
+      const std::vector<StrategyPlan> plans = plan(scenario);
+      foresee_failures(scenario, plans);
+      return plans.size() > 1 && plans.back().sizing.has_steps();
+    });
+  };
+  for (const char* policy : {"clamp", "gate"}) {
+    const std::int64_t brief = bytes(policy, "2 s"), lasting = bytes(policy, "2 h");
+    INFO(policy << ": " << brief << " bytes, " << lasting << " for two hours");
+    CHECK(lasting - brief < (8 << 20));  // 3.2 million steps would have 150 MB
+  }
 }

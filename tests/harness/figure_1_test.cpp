@@ -84,11 +84,12 @@ TEST_CASE("at this phase the least lead and latency underrun nothing, and one na
 
 TEST_CASE("at the worst device phase the any-phase lead underruns nothing, and one nanosecond less underruns") {
   const std::string file = "paper/figure-1-spring-hold.toml";
-  const std::vector<StrategyPlan> plans = plan(read(file));
-  const StrategyPlan& locked = plans[3];
+  const Scenario scenario = read(file);
+  const StrategyPlan locked = plan(scenario)[3];
+  const std::vector<MappedStep> steps = steps_of(scenario, locked);
   // At the worst phase the step that set the lead reads exactly on a tick. With a read time 1 ns later it would need the
   // next tick, and that comes 1 ns after the step began.
-  const auto& culprit = *std::find_if(locked.sizing.steps.begin(), locked.sizing.steps.end(),
+  const auto& culprit = *std::find_if(steps.begin(), steps.end(),
                                       [&](const MappedStep& s) { return s.step == locked.sizing.any_phase.lead_culprit; });
   const std::int64_t read_ns = (culprit.slot - locked.lead).ns;
   const std::int64_t phase_ns = read_ns % 1'000'000;

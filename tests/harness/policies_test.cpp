@@ -83,7 +83,7 @@ TEST_CASE("a gate waits in all as long as the worst step must, and no longer", "
       CHECK(static_cast<std::int64_t>(waits.size()) == count(record, StepRead::gated));
       REQUIRE(!waits.empty());
       Duration need;
-      for (const MappedStep& step : plan.sizing.steps) {
+      for (const MappedStep& step : steps_of(free, plan)) {
         const Rate rate{1000, 1};
         need = std::max(need, tick_time(rate, first_tick_at_or_after(rate, step.slot)) - step.begin);
       }
@@ -156,7 +156,7 @@ TEST_CASE("the any-phase latency of a gated schedule is what its worst phase nee
     const StrategyPlan any = plan(gated).front();
     // At the worst phase a tick comes 1 ns before the read time of some step, which then waits for the next tick. Every step
     // is tried.
-    const std::vector<MappedStep> steps = any.sizing.steps;
+    const std::vector<MappedStep> steps = steps_of(gated, any);
     REQUIRE(steps.size() > 100);
     Duration largest;
     for (const MappedStep& step : steps) {

@@ -1,6 +1,7 @@
 #pragma once
 // Scenarios for tests: shipped files or small ones written here, never copies of shipped ones.
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "catch.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/run.h"
+#include "evenstep/harness/sizing.h"
 
 namespace evenstep::test {
 
@@ -27,6 +29,12 @@ inline RunRecord run_all(const Scenario& scenario, RunOptions options = {}) {
   REQUIRE(outcome.errors.empty());
   REQUIRE(outcome.failure.empty());
   return outcome.record;
+}
+
+inline std::vector<MappedStep> steps_of(const Scenario& scenario, const StrategyPlan& plan) {
+  std::vector<MappedStep> all;
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> some) { all.insert(all.end(), some.begin(), some.end()); });
+  return all;
 }
 
 inline double metric_of(const RunOutcome& outcome, const std::string& signal, const std::string& name) {

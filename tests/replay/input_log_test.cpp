@@ -3,12 +3,12 @@
 #include <unistd.h>
 
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <csignal>
 #include <cstring>
 #include <thread>
 
+#include "bytes_for.h"
 #include "cases.h"
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
@@ -145,18 +145,6 @@ void write_long(const std::string& path, std::int64_t slices, bool device_too = 
     write(internal::block_bytes(internal::BlockKind::simulation, blocks++, encoded(simulation_slice(i))));
   }
   REQUIRE(out.flush());
-}
-
-/// The most memory that a separate process needs for this work. The work must succeed.
-template <class Work>
-std::int64_t bytes_for(Work work) {
-  const pid_t child = ::fork();
-  if (child == 0) ::_exit(work() ? 0 : 1);
-  int status = 0;
-  rusage used{};
-  REQUIRE(::wait4(child, &status, 0, &used) == child);
-  REQUIRE((WIFEXITED(status) && WEXITSTATUS(status) == 0));
-  return used.ru_maxrss * std::int64_t{1024};
 }
 
 std::int64_t bytes_to_read(const std::string& path, const std::string& folder, std::int64_t slices) {

@@ -5,12 +5,10 @@
 
 #include <unistd.h>
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-
 #include <chrono>
 #include <thread>
 
+#include "bytes_for.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/simulated_devices.h"
@@ -158,8 +156,8 @@ struct Needed {
 
 Needed run_apart(const std::string& duration) {
   const TemporaryFolder folder;
-  const pid_t child = ::fork();
-  if (child == 0) {
+  Needed needed;
+  needed.most_bytes = bytes_for([&] {
     RunOptions options;
     options.clock = ClockKind::wall;
     options.allow_no_expectations = true;
@@ -173,14 +171,8 @@ Needed run_apart(const std::string& duration) {
     for (const StrategyRecord& strategy : outcome.record.strategies)
       bytes += static_cast<std::int64_t>(strategy.devices.at(0).ticks.size() * (sizeof(TickRow) + sizeof(EventRow)));
     std::ofstream(folder / "bytes") << bytes;
-    ::_exit(static_cast<int>(outcome.exit));
-  }
-  int status = 0;
-  rusage used{};
-  REQUIRE(::wait4(child, &status, 0, &used) == child);
-  REQUIRE(WIFEXITED(status));
-  REQUIRE(WEXITSTATUS(status) == 0);
-  Needed needed{used.ru_maxrss * std::int64_t{1024}, 0};
+    return outcome.exit == ExitCode::pass;
+  });
   std::ifstream(folder / "bytes") >> needed.row_bytes;
   return needed;
 }

@@ -234,3 +234,20 @@ TEST_CASE("sources: a [source] that does nothing changes no force of a map, to t
   REQUIRE(plain.record.strategies.size() == 3);
   for (std::size_t i = 0; i < 3; ++i) CHECK(plain.record.strategies[i].trace_hash == source.record.strategies[i].trace_hash);
 }
+
+TEST_CASE("sources: polyphase remembers its taps and the longest gap between two forces that are not lost") {
+  const RunOutcome run =
+      run_source("slower", {"run.strategies=[\"polyphase\"]", "source.lost=\"5 %\"", "run.duration=\"4 s\""});
+  const Scenario scenario = read("sources/slower.toml");
+  const StrategyRecord& record = run.record.strategies.at(0);
+  Duration longest;
+  std::optional<RealTime> before;
+  for (const StepRow& step : record.steps) {
+    if (!step.mapped || step.lost) continue;
+    if (before) longest = std::max(longest, step.read - *before);
+    before = step.read;
+  }
+  const ResamplerSpec& resampler = scenario.playing.resampler;
+  CHECK(longest > resampler.period * 2);
+  CHECK(record.force_memory == resampler.period * resampler.taps + longest);
+}

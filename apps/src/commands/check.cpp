@@ -143,8 +143,8 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
     json["rendering"][device.name] = rendering;
     lines += fmt::format("               {}: {}\n", device.name, rendering);
   }
-  if (!plan.sizing.steps.empty()) {
-    const auto& [steps, any, here] = plan.sizing;
+  if (plan.sizing.has_steps()) {
+    const auto& [any, here] = plan.sizing;
     json["latency_any_phase_ns"] = any.latency.ns;
     json["lead_any_phase_ns"] = any.lead.ns;
     json["latency_this_phase_ns"] = here.latency.ns;
@@ -314,7 +314,7 @@ void explain_source(const Scenario& scenario, const std::vector<StrategyPlan>& p
                {"late", source.late},         {"late_by_ns", source.late_by.ns}, {"clock_rate_error_ppm", source.clock_ppm}};
   std::vector<std::string> least;
   for (const StrategyPlan& plan : plans) {
-    if (!plan.sizing.steps.empty()) {
+    if (plan.sizing.has_steps()) {
       const Duration latency = plan.sizing.any_phase.latency;
       json["least_latency_ns"][name_of(plan.kind)] = latency.ns;
       least.push_back(fmt::format("{} {:.6f} ms", name_of(plan.kind), ms(latency)));

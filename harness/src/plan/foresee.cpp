@@ -9,49 +9,55 @@
 #include "evenstep/reports/places.h"
 #include "evenstep/reports/recovery.h"
 #include "src/judge.h"
+#include "strategies.h"
 
 namespace evenstep {
 namespace {
 
 double nearest_s(Duration d) { return static_cast<double>(d.ns) / 1e9; }
 
-/// The judged steps with a lateness, and the largest.
+/// The judged steps that one device misses something of, and by how much at most.
 struct BadSteps {
   MetricSamples samples;
   Duration most;
-};
-template <class Lateness>
-BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const char* word, Lateness lateness) {
-  BadSteps found{{MetricSamples::Kind::count, "step", word, {}, {plan.lead, plan.latency}}, {}};
-  for (std::size_t i = 0; i < plan.sizing.steps.size(); ++i) {
-    const MappedStep& step = plan.sizing.steps[i];
-    const Duration late = lateness(i);
-    if (late.ns <= 0 || step.begin < RealTime{scenario.warmup.ns}) continue;
-    found.most = std::max(found.most, late);
-    found.samples.samples.push_back({step.step, step.begin, plan.adapts ? NAN : nearest_s(late)});
+
+  BadSteps(const StrategyPlan& plan, const char* word)
+      : samples{MetricSamples::Kind::count, "step", word, {}, {plan.lead, plan.latency}} {}
+  /// If the latency adapts, it is not said by how much.
+  void add(const StrategyPlan& plan, const MappedStep& step, Duration by) {
+    if (by.ns <= 0) return;
+    most = std::max(most, by);
+    samples.samples.push_back({step.step, step.begin, plan.adapts ? NAN : nearest_s(by)});
   }
-  return found;
-}
+};
+struct DeviceMisses {
+  BadSteps late, missing;
+};
 
-/// Forces of this device that will be late. If the latency adapts, it is not said how late.
-MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  const MapSetup setup = map_setup(scenario);
-  const std::vector<Duration> late = force_lateness(plan.sizing.steps, plan.lead, latency_of(setup, plan), device.emission,
-                                                    needed_ahead(setup, plan.kind, device.emission));
-  auto [found, most] = bad_steps(scenario, plan, "late", [&](std::size_t i) { return late[i]; });
-  if (!plan.adapts) late_by(found, most);
-  return found;
-}
-
-MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, const SamplingGrid& grid) {
-  const std::vector<bool> missing = interaction_underruns(plan.sizing.steps, grid, plan.lead);
-  auto [found, most] = bad_steps(scenario, plan, "missing its sample", [&](std::size_t i) {
-    if (!missing[i]) return Duration{};
-    const MappedStep& step = plan.sizing.steps[i];
-    return step.slot - plan.lead - newest_sample(grid, step.begin);
+/// For each device; empty if no step is judged.
+std::vector<DeviceMisses> misses_of(const Scenario& scenario, const StrategyPlan& plan) {
+  std::vector<RunningUnderruns> underruns = internal::underruns_of(scenario, map_setup(scenario), plan);
+  std::vector<DeviceMisses> devices(underruns.size(), {{plan, "late"}, {plan, "missing its sample"}});
+  bool judged = false;
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      const bool counts = step.begin >= RealTime{scenario.warmup.ns};
+      judged = judged || counts;
+      for (std::size_t d = 0; d < devices.size(); ++d) {
+        const RunningUnderruns::Step found = underruns[d].next(step);
+        if (!counts) continue;
+        devices[d].late.add(plan, step, found.late_by);
+        devices[d].missing.add(plan, step, found.missing_by);
+      }
+    }
   });
-  if (!plan.adapts) missing_by(found, most);
-  return found;
+  if (!judged) return {};
+  for (auto& [late, missing] : devices) {
+    if (plan.adapts) break;
+    late_by(late.samples, late.most);
+    missing_by(missing.samples, missing.most);
+  }
+  return devices;
 }
 
 /// What the sizing pass knows of one strategy: values of metrics, and where in the run those that are counted occur.
@@ -67,16 +73,16 @@ struct Foreseen {
 
 void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& foreseen) {
   const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  for (std::size_t d = 0; d < grids.size(); ++d) {
+  const std::vector<DeviceMisses> misses = misses_of(scenario, plan);
+  for (std::size_t d = 0; d < misses.size(); ++d) {
     const std::string device = scenario.devices[d].name, strategy = name_of(plan.kind);
-    const MetricSamples late = late_of(scenario, plan, scenario.devices[d]);
+    const MetricSamples& late = misses[d].late.samples;
     for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
     // With ages, or where an event comes only for a change, it is not known beforehand which samples are missing.
     if (gated || scenario.devices[d].age.is_given() || unchanged_age_of(scenario.devices[d])) continue;
-    const MetricSamples missing = missing_of(scenario, plan, grids[d]);
+    const MetricSamples& missing = misses[d].missing.samples;
     foreseen.add(device + ".interaction." + strategy, "underruns", missing);
     foreseen.add(buffers, "interaction_underruns", missing);
     foreseen.add(buffers, "underruns", joined(missing, late));
@@ -107,8 +113,7 @@ std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const 
   for (const StrategyPlan& plan : plans) {
     if (!is_remap(plan.kind)) continue;
     add_sizes(scenario, plan, foreseen);
-    if (!plan.sizing.steps.empty() && plan.sizing.steps.back().begin >= RealTime{scenario.warmup.ns})
-      add_counts(scenario, plan, foreseen);
+    add_counts(scenario, plan, foreseen);
   }
   for (const Expectation& expectation : scenario.expectations) {
     // Whether a known fault under a pattern is still there depends on all that the pattern matches, also on what is not

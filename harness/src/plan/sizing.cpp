@@ -9,9 +9,6 @@
 namespace evenstep {
 namespace {
 
-constexpr std::int64_t kMostReserved = 2'000'000;  // steps; an hour at 450 Hz has 1.6 million
-constexpr RealTime kHour{3'600'000'000'000};
-
 /// The steps of `ideal`: one per slot, each as long as a nominal step (but never longer than a slot).
 class EvenTiming final : public StepTiming {
  public:
@@ -51,10 +48,30 @@ struct GateModel {
   }
 };
 
+/// Hands steps on a few at a time: so few that they stay in the first-level cache.
+class Batches {
+ public:
+  explicit Batches(const VisitSteps& visit) : visit_(visit) {}
+  void add(const MappedStep& step) {
+    steps_[count_++] = step;
+    if (count_ == steps_.size()) finish();
+  }
+  void finish() {
+    visit_(std::span(steps_).first(count_));
+    count_ = 0;
+  }
+
+ private:
+  const VisitSteps& visit_;
+  std::array<MappedStep, 256> steps_;
+  std::size_t count_ = 0;
+};
+
 /// The haptic loop without its lanes and without a gate: visits every mapped step that ends before `end`. `next` returns
 /// the segments one by one, and a null pointer at the end.
-template <class Next, class Visit>
-void walk(SlotMap& map, RealTime end, Next next, Visit visit) {
+template <class Next>
+void walk(SlotMap& map, RealTime end, Next next, const VisitSteps& visit) {
+  Batches steps(visit);
   std::int64_t n = 0;
   for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
     map.boundary(n, segment->begin);
@@ -63,56 +80,56 @@ void walk(SlotMap& map, RealTime end, Next next, Visit visit) {
       const Slot slot = map.read(n, step.begin);
       map.emission(n, step.end + way.delay);
       if (slot.kind == SlotKind::mapped && step.end < end)
-        visit({n, step.begin, step.end + way.delay, slot.read, segment->index, way.lost});
+        steps.add({n, step.begin, step.end + way.delay, slot.read, segment->index, way.lost});
       ++n;
     }
   }
+  steps.finish();
 }
 
 /// The same with a gate, which pushes back everything after a wait.
-void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, const GateModel& gate,
-                std::vector<MappedStep>& steps) {
-  const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
-  const RealTime end = setup.end;
+void walk_gated(const MapSetup& setup, StepTiming& timing, SlotMap& map, const GateModel& gate, const VisitSteps& visit) {
+  Batches steps(visit);
   Postponement pushed;
   SegmentTiming segment;
-  for (std::int64_t n = 0; timing.next(segment) && pushed.begin(segment.begin) < end;) {
-    map->boundary(n, segment.begin);
+  for (std::int64_t n = 0; timing.next(segment) && pushed.begin(segment.begin) < setup.end;) {
+    map.boundary(n, segment.begin);
     const Pause pause = pause_of(segment, segment.overlaps());
     if (pause.before_steps) pushed.end(segment.visualization->end);
     for (const Interval& step : segment.steps) {
       RealTime began = pushed.begin(step.begin);
-      const Slot slot = map->read(n, began, pushed.by());
+      const Slot slot = map.read(n, began, pushed.by());
       const RealTime launched = began;
       for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot, grid));
       pushed.wait(began - launched);
       const RealTime ended = pushed.end(step.end);
       const Transport way = segment.transport(step);
-      if (slot.kind == SlotKind::mapped && ended < end)
-        steps.push_back({n, began, ended + way.delay, slot.read, segment.index, way.lost});
-      map->emission(n, ended + way.delay, pushed.by());
+      if (slot.kind == SlotKind::mapped && ended < setup.end)
+        steps.add({n, began, ended + way.delay, slot.read, segment.index, way.lost});
+      map.emission(n, ended + way.delay, pushed.by());
       ++n;
     }
     if (pause.after_steps) pushed.end(segment.visualization->end);
   }
+  steps.finish();
 }
 
-std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind,
-                             const GateModel* gate) {
-  std::vector<MappedStep> steps;
-  const std::int64_t expected =
-      floor_mul_div(std::min(setup.end, kHour).ns, setup.step_rate.num, setup.step_rate.den * 1'000'000'000);
-  steps.reserve(static_cast<std::size_t>(std::clamp<std::int64_t>(expected, 0, kMostReserved)));  // growing would copy
+void walk_timing(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind, const GateModel* gate,
+                 const VisitSteps& visit) {
   const std::unique_ptr<StepTiming> timing = make_timing(timing_spec);
-  if (gate) {
-    walk_gated(setup, *timing, kind, *gate, steps);
-  } else {
-    SegmentTiming segment;
+  const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
+  SegmentTiming segment;
+  if (gate)
+    walk_gated(setup, *timing, *map, *gate, visit);
+  else
     walk(
-        *make_map(setup, kind, {}, Duration{}), setup.end, [&] { return timing->next(segment) ? &segment : nullptr; },
-        [&](const MappedStep& step) { steps.push_back(step); });
-  }
-  return steps;
+        *map, setup.end, [&] { return timing->next(segment) ? &segment : nullptr; }, visit);
+}
+
+LatencyBudget needs_of(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, const GateModel& gate) {
+  RunningNeeds needs(setup.grids, setup.emission, gate.any_phase ? RunningNeeds::Phase::any : RunningNeeds::Phase::this_one);
+  walk_timing(setup, timing, kind, &gate, [&](std::span<const MappedStep> steps) { needs.add(steps); });
+  return needs.budget();
 }
 
 }  // namespace
@@ -158,52 +175,49 @@ std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Dura
 }
 
 Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind) {
-  Sizing sizing;
-  sizing.steps = walk(setup, timing, kind, nullptr);
-  sizing.any_phase = least_latency_any_phase(sizing.steps, setup.grids, setup.emission);
-  sizing.this_phase = least_latency_this_phase(sizing.steps, setup.grids, setup.emission);
+  RunningNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any);
+  RunningNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one);
+  walk_timing(setup, timing, kind, nullptr, [&](std::span<const MappedStep> steps) {
+    any.add(steps);
+    here.add(steps);
+  });
+  Sizing sizing{any.budget(), here.budget()};
   const Duration ahead = needed_ahead(setup, kind, setup.emission);
   for (LatencyBudget* least : {&sizing.any_phase, &sizing.this_phase}) least->latency = least->latency + ahead;
   return sizing;
 }
 
-std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead) {
-  const GateModel here{lead, false};
-  return walk(setup, timing, kind, setup.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
-}
-
-void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
-                      const std::function<void(std::span<const MappedStep>)>& visit) {
-  each_mapped_step(*make_map(setup, kind, {}, Duration{}), setup.end, segments, visit);
-}
-
-void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments,
-                      const std::function<void(std::span<const MappedStep>)>& visit) {
-  constexpr std::size_t kAtATime = 256;  // so few that they stay in the first-level cache
-  std::array<MappedStep, kAtATime> steps;
-  std::size_t next = 0, count = 0;
-  walk(
-      map, end, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
-      [&](const MappedStep& step) {
-        steps[count++] = step;
-        if (count < kAtATime) return;
-        visit(steps);
-        count = 0;
-      });
-  visit(std::span(steps).first(count));
-}
-
 Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead) {
   Sizing sizing = size_map(setup, timing, kind);
-  const auto with_lead = [&](LatencyBudget& budget, LatencyBudget gated) {
+  const auto with_lead = [&](LatencyBudget& budget, const LatencyBudget& gated) {
     budget.latency = gated.latency - gated.lead + lead;
     budget.latency_culprit = gated.latency_culprit;
   };
-  const GateModel worst{lead, true}, here{lead, false};
-  with_lead(sizing.any_phase, least_latency_any_phase(walk(setup, timing, kind, &worst), setup.grids, setup.emission));
-  sizing.steps = walk(setup, timing, kind, &here);
-  with_lead(sizing.this_phase, least_latency_this_phase(sizing.steps, setup.grids, setup.emission));
+  with_lead(sizing.any_phase, needs_of(setup, timing, kind, {lead, true}));
+  with_lead(sizing.this_phase, needs_of(setup, timing, kind, {lead, false}));
   return sizing;
+}
+
+void each_run_step(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead,
+                   const VisitSteps& visit) {
+  const GateModel here{lead, false};
+  const bool gated = is_remap(kind) && setup.remap.interaction_underrun == InteractionUnderrun::gate;
+  walk_timing(setup, timing, kind, gated ? &here : nullptr, visit);
+}
+
+void each_run_step(const Scenario& scenario, const StrategyPlan& plan, const VisitSteps& visit) {
+  each_run_step(map_setup(scenario), scenario.timing, plan.kind, plan.lead, visit);
+}
+
+void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
+                      const VisitSteps& visit) {
+  each_mapped_step(*make_map(setup, kind, {}, Duration{}), setup.end, segments, visit);
+}
+
+void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments, const VisitSteps& visit) {
+  std::size_t next = 0;
+  walk(
+      map, end, [&] { return next < segments.size() ? &segments[next++] : nullptr; }, visit);
 }
 
 AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan) {
@@ -217,14 +231,16 @@ AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyP
   AdaptationForecast forecast;
   RunningEmissions emissions(plan.lead, latency_of(map_setup(scenario), plan));
   std::int64_t sum_ns = 0, judged = 0;
-  for (const MappedStep& step : plan.sizing.steps) {
-    const StepEmission force = emissions.next(step);
-    const Duration scheduled = force.at - force.slot.read;
-    if (step.begin < RealTime{scenario.warmup.ns}) continue;
-    ++judged;
-    sum_ns += scheduled.ns;
-    forecast.largest = std::max(forecast.largest, scheduled);
-  }
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      const StepEmission force = emissions.next(step);
+      const Duration scheduled = force.at - force.slot.read;
+      if (step.begin < RealTime{scenario.warmup.ns}) continue;
+      ++judged;
+      sum_ns += scheduled.ns;
+      forecast.largest = std::max(forecast.largest, scheduled);
+    }
+  });
   forecast.growths = emissions.latency().growths();
   if (judged > 0) forecast.mean_s = static_cast<double>(sum_ns) / static_cast<double>(judged) / 1e9;
   return forecast;

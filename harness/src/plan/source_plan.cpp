@@ -35,57 +35,70 @@ struct Made {
   RealTime begin, arrives;
   bool lost = false;
 };
-std::vector<Made> made(const Scenario& scenario) {
-  std::vector<Made> all;
+template <class Visit>
+void each_made(const Scenario& scenario, Visit visit) {
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   const RealTime end{scenario.run_duration.ns};
   for (SegmentTiming segment; timing->next(segment) && segment.begin < end;) {
     for (const Interval& step : segment.steps) {
       const Transport way = segment.transport(step);
-      all.push_back({step.begin, step.end + way.delay, way.lost});
+      visit(Made{step.begin, step.end + way.delay, way.lost});
     }
   }
-  return all;
 }
 
 /// The most entries from the oldest one that is still in use to a new one: max over n of n - m + 1 for the first m with
 /// used(m) >= S(n). An entry is kept as long as an older one is.
-template <class Steps, class Used>
-std::size_t most_in_use(const Steps& steps, Used used) {
-  std::deque<RealTime> until;
-  std::size_t most = 0;
-  for (const auto& step : steps) {
-    while (!until.empty() && until.front() < step.begin) until.pop_front();
-    until.push_back(until.empty() ? used(step) : std::max(until.back(), used(step)));
-    most = std::max(most, until.size());
+class InUse {
+ public:
+  void add(RealTime begin, RealTime used) {
+    while (!until_.empty() && until_.front() < begin) until_.pop_front();
+    until_.push_back(until_.empty() ? used : std::max(until_.back(), used));
+    most_ = std::max(most_, until_.size());
   }
-  return most;
-}
+  std::size_t most() const { return most_; }
+
+ private:
+  std::deque<RealTime> until_;
+  std::size_t most_ = 0;
+};
 
 /// See StrategyPlan::least_entries.
 std::int64_t least_entries(const Scenario& scenario) {
-  const std::vector<Made> chunks = made(scenario);
   const std::int64_t every = scenario.playing.chunk.every.ns;
+  const RealTime end{scenario.run_duration.ns};
   std::int64_t most = 0;
-  // When the first of the later chunks comes, or the run ends. A chunk that comes after that is never played.
-  RealTime next{scenario.run_duration.ns};
-  for (std::size_t n = chunks.size(); n-- > 0;) {
-    if (chunks[n].lost || next <= chunks[n].arrives) continue;
-    most = std::max(most, ((next - chunks[n].begin).ns + every - 1) / every);
-    next = chunks[n].arrives;
-  }
+  const auto played = [&](const Made& chunk, RealTime until) {
+    most = std::max(most, ((until - chunk.begin).ns + every - 1) / every);
+  };
+  // The chunks that will be played, if none that is still to be made overtakes them: each is played until the next of them
+  // arrives, the last one until the run ends. A chunk that comes after that is never played.
+  std::deque<Made> chunks;
+  each_made(scenario, [&](const Made& chunk) {
+    if (chunk.lost || chunk.arrives >= end) return;
+    while (!chunks.empty() && chunks.back().arrives >= chunk.arrives) chunks.pop_back();
+    chunks.push_back(chunk);
+    // What is made from now on cannot arrive before it is begun.
+    while (chunks.size() > 1 && chunks[1].arrives < chunk.begin) {
+      played(chunks[0], chunks[1].arrives);
+      chunks.pop_front();
+    }
+  });
+  for (std::size_t i = 0; i < chunks.size(); ++i) played(chunks[i], i + 1 < chunks.size() ? chunks[i + 1].arrives : end);
   return most;
 }
 
 /// The longest time between the slots of two neighbouring forces that are not lost.
-Duration longest_gap(const std::vector<MappedStep>& steps) {
+Duration longest_gap(const Scenario& scenario, const StrategyPlan& plan) {
   Duration longest;
-  const MappedStep* before = nullptr;
-  for (const MappedStep& step : steps) {
-    if (step.lost) continue;
-    if (before != nullptr) longest = std::max(longest, step.slot - before->slot);
-    before = &step;
-  }
+  std::optional<RealTime> before;
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      if (step.lost) continue;
+      if (before) longest = std::max(longest, step.slot - *before);
+      before = step.slot;
+    }
+  });
   return longest;
 }
 
@@ -97,12 +110,16 @@ void add_room(const Scenario& scenario, StrategyPlan& plan) {
     plan.force_capacity += 2 * static_cast<std::size_t>(scenario.playing.resampler.taps);
   if (chunk_rule(plan.kind) != nullptr) plan.least_entries = least_entries(scenario);
   if (!scenario.timing.elsewhere) return;
-  const bool mapped = !plan.sizing.steps.empty();
   const Duration delay = plan.latency - plan.lead;
-  const std::size_t needed =
-      mapped ? most_in_use(plan.sizing.steps, [&](const MappedStep& step) { return std::max(step.slot + delay, step.end); })
-             : most_in_use(made(scenario), [](const Made& step) { return step.arrives; });
-  plan.force_capacity = std::max(plan.force_capacity, needed + kSpare);
+  InUse forces;
+  if (plan.sizing.has_steps()) {
+    each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
+      for (const MappedStep& step : steps) forces.add(step.begin, std::max(step.slot + delay, step.end));
+    });
+  } else {
+    each_made(scenario, [&](const Made& step) { forces.add(step.begin, step.arrives); });
+  }
+  plan.force_capacity = std::max(plan.force_capacity, forces.most() + kSpare);
 }
 
 std::optional<SourceForces> source_forces(const Scenario& scenario, const StrategyPlan& plan, Emission emission) {
@@ -111,8 +128,10 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
     ChunkSpec spec = scenario.playing.chunk;
     spec.rule = chunks->rule;
     spec.between = emission;
-    spec.most = 2 + most_in_use(made(scenario),
-                                [&](const Made& step) { return std::max(step.arrives, step.begin + spec.length()); });
+    InUse entries;
+    each_made(scenario,
+              [&](const Made& step) { entries.add(step.begin, std::max(step.arrives, step.begin + spec.length())); });
+    spec.most = 2 + entries.most();
     return SourceForces{spec};
   }
   ResamplerSpec spec = scenario.playing.resampler;
@@ -130,10 +149,10 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
   return SourceForces{spec};
 }
 
-Duration memory_of(const SourceForces& source, const StrategyPlan& plan) {
+Duration memory_of(const SourceForces& source, const Scenario& scenario, const StrategyPlan& plan) {
   if (const auto* chunk = std::get_if<ChunkSpec>(&source.play)) return chunk->length();
   const ResamplerSpec& spec = std::get<ResamplerSpec>(source.play);
-  if (spec.kind == Resampling::polyphase) return spec.period * spec.taps + longest_gap(plan.sizing.steps);
+  if (spec.kind == Resampling::polyphase) return spec.period * spec.taps + longest_gap(scenario, plan);
   if (spec.kind != Resampling::holt_winters) return {};
   // The larger eigenvalue of its recurrence on a line (docs/choose/sources.md): determinant 1 - a, trace 2 - a - a g.
   const double determinant = 1 - spec.level, trace = 2 - spec.level - spec.level * spec.trend;

@@ -15,6 +15,6 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
 
 /// How far back the forces that a tick plays may lie; of an average, those that count for a billionth. `polyphase` reaches
 /// beyond its taps where the last of them is missing: to the force before it that is there.
-Duration memory_of(const SourceForces& source, const StrategyPlan& plan);
+Duration memory_of(const SourceForces& source, const Scenario& scenario, const StrategyPlan& plan);
 
 }  // namespace evenstep::internal

@@ -16,6 +16,7 @@ namespace {
 
 using internal::foreign_map;
 using internal::Strategy;
+using internal::underruns_of;
 
 /// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
 /// and the one before.
@@ -58,20 +59,25 @@ void limit_to_run(const Scenario& scenario, StrategyPlan& plan) {
   plan.interaction_capacity = std::min(plan.interaction_capacity, most);
 }
 
-/// Predicts the counts of the judged part of the run.
-void predict_counts(const Scenario& scenario, const MapSetup& setup, StrategyPlan& plan) {
-  const std::vector<MappedStep>& steps = plan.sizing.steps;
+/// Predicts the counts of the judged part of the run, and sets the capacities, from one more walk.
+void predict(const Scenario& scenario, const MapSetup& setup, Duration sample_window, Duration force_window,
+             StrategyPlan& plan) {
   const RealTime judged_from{scenario.warmup.ns};
-  const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
-  const std::span<const MappedStep> judged(first, steps.end());
-  for (std::size_t d = 0; d < setup.grids.size(); ++d) {
-    const std::vector<Duration> late =
-        force_lateness(steps, plan.lead, latency_of(setup, plan), scenario.devices[d].emission,
-                       needed_ahead(setup, plan.kind, scenario.devices[d].emission));
-    plan.predicted.push_back(
-        {count_interaction_underruns(judged, setup.grids[d], plan.lead),
-         std::count_if(late.begin() + (first - steps.begin()), late.end(), [](Duration by) { return by.ns > 0; })});
-  }
+  RunningCapacities capacities(setup.grids, plan.lead, plan.latency, sample_window, force_window);
+  std::vector<RunningUnderruns> devices = underruns_of(scenario, setup, plan);
+  plan.predicted.resize(devices.size());
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
+    capacities.add(steps);
+    for (std::size_t d = 0; d < devices.size(); ++d) {
+      for (const MappedStep& step : steps) {
+        const RunningUnderruns::Step found = devices[d].next(step);
+        if (step.begin < judged_from) continue;
+        plan.predicted[d].interaction_underruns += found.missing_by.ns > 0;
+        plan.predicted[d].late_forces += found.late_by.ns > 0;
+      }
+    }
+  });
+  set_capacities(capacities.budget(), plan);
 }
 
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
@@ -80,7 +86,7 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   const RemapSpec& remap = scenario.remap;
   plan.sizing = size_map(setup, scenario.timing, kind);
   plan.lead = chosen(remap.lead, plan.sizing.any_phase.lead, plan.sizing.this_phase.lead);
-  auto& [steps, any, here] = plan.sizing;
+  auto& [any, here] = plan.sizing;
   if (remap.interaction_underrun == InteractionUnderrun::gate) {
     plan.sizing = size_gated_map(setup, scenario.timing, kind, plan.lead);
   } else {
@@ -91,10 +97,8 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   plan.adapts = remap.latency.kind == Budget::Kind::adaptive;
   const bool lines = remap.interaction_underrun == InteractionUnderrun::extrapolate;
   const bool force_lines = remap.force_underrun == ForceUnderrun::extrapolate;
-  set_capacities(capacities_for(steps, setup.grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
-                                force_lines ? force_window(remap, plan) : Duration{}),
-                 plan);
-  predict_counts(scenario, setup, plan);
+  predict(scenario, setup, lines ? kContinueLine.window : Duration{}, force_lines ? force_window(remap, plan) : Duration{},
+          plan);
   return plan;
 }
 
@@ -104,9 +108,10 @@ StrategyPlan plan_predict(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
   const MapSetup setup = map_setup(scenario);
   plan.sizing = size_map(setup, scenario.timing, kind);
-  const auto& [steps, any, here] = plan.sizing;
-  plan.lead = any.lead - any.latency;
-  set_capacities(capacities_for(steps, setup.grids, plan.lead, plan.latency, scenario.remap.predict_window), plan);
+  plan.lead = plan.sizing.any_phase.lead - plan.sizing.any_phase.latency;
+  RunningCapacities capacities(setup.grids, plan.lead, plan.latency, scenario.remap.predict_window);
+  each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) { capacities.add(steps); });
+  set_capacities(capacities.budget(), plan);
   return plan;
 }
 
@@ -199,15 +204,24 @@ const Strategy& strategy_of(StrategyKind kind) {
                        [&](const Strategy& one) { return one.kind == kind; });
 }
 
+std::vector<RunningUnderruns> underruns_of(const Scenario& scenario, const MapSetup& setup, const StrategyPlan& plan) {
+  std::vector<RunningUnderruns> devices;
+  for (std::size_t d = 0; d < setup.grids.size(); ++d) {
+    const Emission emission = scenario.devices[d].emission;
+    devices.emplace_back(setup.grids[d], plan.lead, latency_of(setup, plan), emission,
+                         needed_ahead(setup, plan.kind, emission));
+  }
+  return devices;
+}
+
 }  // namespace internal
 
-std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps) {
+std::vector<StrategyPlan> plan(const Scenario& scenario) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
     plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
     internal::add_room(scenario, plans.back());
     limit_to_run(scenario, plans.back());
-    if (steps == PlannedSteps::drop) plans.back().sizing.steps = {};
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });

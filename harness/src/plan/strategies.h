@@ -3,6 +3,7 @@
 /// to know about it is in StrategyTraits (format/scenario.h).
 
 #include <memory>
+#include <vector>
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/loop/exchange.h"
@@ -19,5 +20,8 @@ struct Strategy {
   LineLook look;
 };
 const Strategy& strategy_of(StrategyKind kind);
+
+/// What each device will miss in a run with this plan.
+std::vector<RunningUnderruns> underruns_of(const Scenario& scenario, const MapSetup& setup, const StrategyPlan& plan);
 
 }  // namespace evenstep::internal

@@ -26,19 +26,21 @@ class SegmentCount {
   std::int64_t segment_ = -1, last_hit_ = -1;
 };
 
-RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& steps, const RateSignal& signal, Duration lead,
+RateCount count_one(const Scenario& scenario, const TimingSpec& timing, const RateSignal& signal, Duration lead,
                     Duration latency) {
-  const std::vector<bool> missing = interaction_underruns(steps, sampling_grids(scenario)[signal.device], lead);
+  const MapSetup setup = map_setup(scenario);
   const Emission emission = scenario.devices[signal.device].emission;
-  const std::vector<Duration> late =
-      force_lateness(steps, lead, latency, emission, needed_ahead(map_setup(scenario), signal.kind, emission));
+  RunningUnderruns underruns(setup.grids[signal.device], lead, latency, emission,
+                             needed_ahead(setup, signal.kind, emission));
   SegmentCount count;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (steps[i].begin < RealTime{scenario.warmup.ns}) continue;
-    const bool hit =
-        (signal.side != UnderrunSide::force && missing[i]) || (signal.side != UnderrunSide::interaction && late[i].ns > 0);
-    count.add(steps[i].segment, hit);
-  }
+  each_run_step(setup, timing, signal.kind, lead, [&](std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      const auto [missing_by, late_by] = underruns.next(step);
+      if (step.begin < RealTime{scenario.warmup.ns}) continue;
+      count.add(step.segment, (signal.side != UnderrunSide::force && missing_by.ns > 0) ||
+                                  (signal.side != UnderrunSide::interaction && late_by.ns > 0));
+    }
+  });
   return count.count();
 }
 
@@ -61,11 +63,10 @@ std::vector<RateSignal> rate_signals(const Scenario& scenario) {
 RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& signal, Duration lead, Duration latency,
                                   std::int64_t seeds) {
   RateCount all;
-  const MapSetup setup = map_setup(scenario);
   TimingSpec timing = scenario.timing;
   for (std::int64_t i = 0; i < seeds; ++i) {
     timing.programmed.seed = scenario.timing.programmed.seed + static_cast<std::uint64_t>(i);
-    const RateCount one = count_one(scenario, run_steps(setup, timing, signal.kind, lead), signal, lead, latency);
+    const RateCount one = count_one(scenario, timing, signal, lead, latency);
     all.segments += one.segments;
     all.hit += one.hit;
   }
@@ -74,9 +75,11 @@ RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& si
 
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind) {
   SegmentCount count;
-  for (const MappedStep& step : run_steps(map_setup(scenario), scenario.timing, kind, {})) {
-    if (step.begin >= RealTime{scenario.warmup.ns}) count.add(step.segment, false);
-  }
+  each_run_step(map_setup(scenario), scenario.timing, kind, {}, [&](std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      if (step.begin >= RealTime{scenario.warmup.ns}) count.add(step.segment, false);
+    }
+  });
   return count.count().segments;
 }
 

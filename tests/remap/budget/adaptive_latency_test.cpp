@@ -232,7 +232,9 @@ const char* as_sized(const Schedule& schedule, Draw draw) {
     return of_paper ? place(PaperMap(lead, latency, 0.3), schedule) : place(PhaseLockedMap(lead, latency), schedule);
   };
   const std::vector<MappedStep> sized = mapped_steps(run({}, Duration{}));
-  const std::vector<Duration> late = force_lateness(sized, kLead, AdaptiveLatency(options), options.emission);
+  std::vector<Duration> late;
+  RunningUnderruns underruns({}, kLead, AdaptiveLatency(options), options.emission);
+  for (const MappedStep& step : sized) late.push_back(underruns.next(step).late_by);
   const std::size_t ring = capacities_for(sized, {}, kLead, options.most).force_capacity;
   std::vector<Placed> mapped;
   for (const Placed& placed : run(kLead, AdaptiveLatency(options))) {

@@ -269,7 +269,7 @@ class Adviser {
     if (own.latency) out.late_any_phase = own.latency->late;
     // The law does not depend on the scene's stiffness, which is chosen by it.
     const Scenario first = staging_.read(file, text(plan, own));
-    const LoopRecord loop = loop_record(first, evenstep::plan(first, PlannedSteps::drop).front(), first.devices.back());
+    const LoopRecord loop = loop_record(first, evenstep::plan(first).front(), first.devices.back());
     out.stiffness_N_per_m = loop.stiffness_limit_N_per_m.value();
     if (out.searched) search(file, plan, own, out);
     out.scenario = text(plan, own);
@@ -309,8 +309,7 @@ class Adviser {
     own.latency = AdviceLatency{.latency = least.latency, .lead = least.lead};
     own.search_to_N_per_m = std::nullopt;
     const Scenario scenario = staging_.read(file, text(plan, own));
-    return loop_record(scenario, evenstep::plan(scenario, PlannedSteps::drop).front(), scenario.devices.back())
-        .stiffness_limit_N_per_m.value();
+    return loop_record(scenario, evenstep::plan(scenario).front(), scenario.devices.back()).stiffness_limit_N_per_m.value();
   }
 
   StiffnessLimits searched(const std::string& file, const Plan& plan, const internal::AdviceScenario& own) const {

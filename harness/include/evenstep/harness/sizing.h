@@ -1,6 +1,7 @@
 #pragma once
 /// The sizing pass: runs the map alone over the timing and seed of a run, before t = 0, without solver or device. It gives
-/// the least lead, latency and ring capacities, and predicts the counts of a run with other values.
+/// the least lead, latency and ring capacities, and predicts the counts of a run with other values. It keeps no steps, so
+/// that its memory does not grow with the run; what needs the steps again walks the schedule again.
 
 #include <functional>
 #include <memory>
@@ -37,20 +38,23 @@ MapSetup map_setup(const Scenario& scenario);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency);
 
+/// Sees the mapped steps that end within the run, with the slots of lead 0: in order, a few at a time, perhaps none.
+using VisitSteps = std::function<void(std::span<const MappedStep>)>;
+
 struct Sizing {
-  std::vector<MappedStep> steps;  ///< mapped steps that end within the run, with lead 0
-  LatencyBudget any_phase;
-  LatencyBudget this_phase;
+  LatencyBudget any_phase, this_phase;  ///< their capacities are 0
+  /// Whether a force needed a latency: false for a strategy without a map.
+  bool has_steps() const { return any_phase.latency_culprit >= 0; }
 };
 Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind);
-/// The mapped steps of a run with this lead. They include the waits of a gate; without a gate the lead does not matter.
-std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
-/// Visits the mapped steps without a gate, over these segments: in order, a few at a time, without keeping them.
+/// The steps of a run with this lead. They include the waits of a gate; without a gate the lead does not matter.
+void each_run_step(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead,
+                   const VisitSteps& visit);
+/// The steps without a gate, over these segments.
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
-                      const std::function<void(std::span<const MappedStep>)>& visit);
+                      const VisitSteps& visit);
 /// The same with any map that has not been told anything yet, and lead 0; for the steps that end before `end`.
-void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments,
-                      const std::function<void(std::span<const MappedStep>)>& visit);
+void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments, const VisitSteps& visit);
 /// size_map for a gate with this lead: steps begin when their sample is there, and everything after them is pushed back. In
 /// the budgets, `lead` is the one with which no step would wait, and `latency` the least for the given lead.
 Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
@@ -61,7 +65,7 @@ struct StrategyPlan {
   Duration lead, latency;  ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
-  /// Empty for direct and ideal. For a strategy that remaps, the latencies of its budgets are the least for the lead above.
+  /// All 0 for direct and ideal. For a strategy that remaps, the latencies of its budgets are the least for the lead above.
   Sizing sizing;
   /// By the sizing pass, for each device: steps that begin in the judged span. Empty for a strategy that does not remap.
   struct Predicted {
@@ -72,6 +76,8 @@ struct StrategyPlan {
   /// because each chunk that is not lost arrives before the one before it is played to its end; else 0.
   std::int64_t least_entries = 0;
 };
+/// The steps of the run that this plan is for. Of a strategy without a map, all steps.
+void each_run_step(const Scenario& scenario, const StrategyPlan& plan, const VisitSteps& visit);
 /// The latency with which a map of this plan starts, fixed or adaptive.
 AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);
 /// What the sizing pass predicts for an adaptive latency in this run, over the steps that begin in the judged span.
@@ -83,8 +89,7 @@ struct AdaptationForecast {
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
 /// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or
 /// of the first one that remaps, so that it is the twin of that strategy.
-enum class PlannedSteps { keep, drop };  ///< drop: Sizing::steps stays empty, because a long run has no room for it
-std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps = PlannedSteps::keep);
+std::vector<StrategyPlan> plan(const Scenario& scenario);
 /// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
 /// Whether the metric compares with the twin.

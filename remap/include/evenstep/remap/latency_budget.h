@@ -68,6 +68,19 @@ LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::s
 LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                     Emission emission);
 namespace internal {
+/// newest_sample of one device, for many steps.
+class NewestThisPhase {
+ public:
+  explicit NewestThisPhase(SamplingGrid device);
+  RealTime operator()(RealTime begin) const;
+
+ private:
+  SamplingGrid device_;
+  Duration period_;
+  bool whole_ = false;  // the period is a whole number of ns
+  double per_ns_ = 0;
+};
+
 /// slot(n) as the force side sees it, in step order. Where a map steps back, SlotMap::emission repairs F(n) to
 /// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so here it is applied to the slots.
 class EmissionSlots {
@@ -138,15 +151,44 @@ class WaitingForces {
   std::size_t most_ = 0;
 };
 
-/// The capacities that a given c and L need for these steps, at any phase of the devices. Underrun policies that continue
-/// a line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and as many forces as were
-/// emitted in a window. A read needs either these entries or the ones above, not both, because the window ends at the
-/// newest entry.
+/// max over n of #{m <= n: F(m) > F(n) - window}, from steps given a few at a time: the most forces in a window that ends at
+/// a force.
+class ForcesWithin {
+ public:
+  explicit ForcesWithin(Duration window) : window_(window) {}
+  void add(std::span<const MappedStep> steps);
+  std::size_t most() const { return most_; }
+
+ private:
+  Duration window_;
+  internal::EmissionSlots slots_;
+  std::deque<RealTime> within_;
+  std::size_t most_ = 0;
+};
+
+/// The capacities that a given c and L need for steps that are given a few at a time, at any phase of the devices. Underrun
+/// policies that continue a line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and
+/// as many forces as were emitted in a window. A read needs either these entries or the ones above, not both, because the
+/// window ends at the newest entry.
+class RunningCapacities {
+ public:
+  RunningCapacities(std::span<const SamplingGrid> devices, Duration lead, Duration latency, Duration sample_window = {},
+                    Duration force_window = {});
+  void add(std::span<const MappedStep> steps);
+  /// With this lead and latency; no culprits.
+  LatencyBudget budget() const;
+
+ private:
+  std::vector<SamplingGrid> devices_;
+  Duration lead_, latency_;
+  Duration longest_;  // of the window and the times from a read to the begin of its step; it contains the most ticks
+  WaitingForces waiting_;
+  ForcesWithin within_;
+};
+/// The same, from all steps at once.
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window = {}, Duration force_window = {});
 
-/// For each step, whether its read of this device will find its sample missing in a run with this lead.
-std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 /// The emissions of a run with this lead and latency, from steps given one by one: StepEmission::late says whether a force
 /// will be late. The repair of F and the adaptation of the latency both start at the first step given.
 class RunningEmissions {
@@ -167,11 +209,25 @@ class RunningEmissions {
 
 /// The time of the newest sample at `at`: that of the last tick at or before it, less its age.
 RealTime newest_sample(const SamplingGrid& device, RealTime at);
-/// For each step, how long after its deadline its force will come: 0 for one that is in time. `ahead`: it is needed this
-/// much before its deadline, because what plays it looks ahead.
-std::vector<Duration> force_lateness(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
-                                     Emission emission, Duration ahead = {});
-/// The number of such steps.
+/// What one device will miss in a run, from steps given one by one.
+class RunningUnderruns {
+ public:
+  struct Step {
+    Duration missing_by;  ///< how much older than its read the newest sample is; 0 if the sample is there
+    Duration late_by;     ///< how long after its deadline its force will come; 0 if it is in time
+  };
+  /// `ahead`: a force is needed this much before its deadline, because what plays it looks ahead.
+  RunningUnderruns(SamplingGrid device, Duration lead, const AdaptiveLatency& latency, Emission emission,
+                   Duration ahead = {});
+  Step next(const MappedStep& step);
+
+ private:
+  internal::NewestThisPhase newest_;
+  RunningEmissions emissions_;
+  Emission emission_;
+  Duration ahead_;
+};
+/// The number of steps with a missing sample, or a late force.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency,
                                Emission emission);
