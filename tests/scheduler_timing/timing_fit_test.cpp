@@ -219,6 +219,35 @@ TEST_CASE("fit: one level that changes its length once, or jitter however wide, 
   }
 }
 
+TEST_CASE("fit: a level that came once and went again is no regime, however clear it is") {
+  ProgrammedTiming once = base();
+  once.changes = {{.at = {20'000 * ms}, .visualization = Duration{20 * ms}},
+                  {.at = {40'000 * ms}, .visualization = Duration{11'100'000}}};
+  CHECK_FALSE(fitted(once).timing.regimes);
+}
+
+TEST_CASE("fit: two levels that are closer than two deviations of what each varies by are one, for 20 seeds") {
+  for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(20); ++seed) {
+    ProgrammedTiming close = base(seed);
+    close.visualization_variation = 0.1;
+    close.regimes = Regimes{1.17, 40, 0.5};
+    INFO("seed " << seed);
+    CHECK_FALSE(fitted(close).timing.regimes);
+  }
+}
+
+TEST_CASE("fit: chance makes few regimes in short recordings: at most one of 500, of 4,000 of 40 to 100 segments") {
+  std::uint64_t invented = 0;
+  const std::uint64_t count = evenstep::testing::cases(4'000);
+  for (std::uint64_t seed = 1; seed <= count; ++seed) {
+    ProgrammedTiming timing = base(seed);
+    timing.visualization_law = seed % 2 == 0 ? JitterLaw::uniform : JitterLaw::log_normal;
+    invented += fitted(timing, 40 + static_cast<int>(seed % 61)).timing.regimes.has_value();
+  }
+  INFO(invented);
+  CHECK(500 * invented <= count);
+}
+
 TEST_CASE("fit: drift comes back where visualizations and steps drift alike, where only one does it is none") {
   for (const double drift : {0.01, -0.004}) {
     ProgrammedTiming timing = base();
@@ -254,6 +283,19 @@ TEST_CASE("fit: pacing is seen with its rate, deadlines missed or not, a free-ru
   timing.preemption.reset();
   timing.segment = {1'000'000, 33'210};  // 33.21 ms is not a whole rate
   CHECK(fitted(timing).timing.segment == Rate{1'000'000, 33'210});
+}
+
+TEST_CASE("fit: a loop that rests as long after each segment, whatever that took, is not paced") {
+  std::vector<SegmentTiming> segments = play(base(), kFittedSegments);
+  Duration rested;
+  for (SegmentTiming& segment : segments) {
+    segment.begin = segment.begin + rested;
+    segment.end = segment.end + rested;
+    segment.visualization = Interval{segment.visualization->begin + rested, segment.visualization->end + rested};
+    for (Interval& step : segment.steps) step = {step.begin + rested, step.end + rested};
+    rested = rested + Duration{3 * ms};
+  }
+  CHECK(parts(fit_timing(segments)) == "");
 }
 
 TEST_CASE("fit: dropped and merged visualizations are counted") {
@@ -378,6 +420,17 @@ TEST_CASE("fit: a hitch comes back with its period, and the rest is as without i
     CHECK(static_cast<double>(fit.timing.hitch->visualization.ns) ==
           Approx(static_cast<double>(length_ms * ms)).epsilon(5 * 1.25 * 0.05 / std::sqrt(12)));
     CHECK(V(fit) == Approx(11.1e6).epsilon(5 * 0.05 / std::sqrt(1'900)));
+  }
+}
+
+TEST_CASE("fit: four long visualizations at equal intervals are a hitch, three may be chance") {
+  for (const int hitches : {3, 4, 6}) {
+    ProgrammedTiming timing = base();
+    timing.hitch = Hitch{{2'000 * ms}, {40 * ms}};
+    const TimingFit fit = fitted(timing, (hitches * 2'000 + 1'000) / 32);
+    INFO(hitches);
+    CHECK(fit.timing.hitch.has_value() == (hitches >= 4));
+    if (hitches >= 4) CHECK(fit.hitches == hitches);
   }
 }
 
