@@ -77,20 +77,25 @@ def keeps_contact(evenstep, strategy, render, k, folder):
     return all(any(force) for force in forces)
 
 
+def largest_stiffness(keeps):
+    """The largest k for which keeps(k), up from 5 in steps of 1.25 until it is lost, then bisected to 2 %: 0 if none keeps.
+    And whether it is only known to be above that, because the search ends at 3000."""
+    stable, lost = 0, 5
+    while lost < 3000 and keeps(lost):
+        stable, lost = lost, lost * 1.25
+    while stable and lost < 3000 and lost > 1.02 * stable:
+        middle = math.sqrt(stable * lost)
+        stable, lost = (middle, lost) if keeps(middle) else (stable, middle)
+    return stable, lost >= 3000
+
+
 def search_sliding(evenstep, render):
-    """The largest k that keeps contact: up in steps of 1.25 until it is lost, then bisected to 2 %."""
     limits = []
     with tempfile.TemporaryDirectory() as folder:
         for strategy in ("direct", "phase_locked"):
-            keeps = lambda k: keeps_contact(evenstep, strategy, RENDERS[render][0], float(f"{k:.4g}"),
-                                            os.path.join(folder, "out"))
-            stable, lost = 0, 5
-            while lost < 3000 and keeps(lost):
-                stable, lost = lost, lost * 1.25
-            while stable and lost < 3000 and lost > 1.02 * stable:
-                middle = math.sqrt(stable * lost)
-                stable, lost = (middle, lost) if keeps(middle) else (stable, middle)
-            state = "below" if not stable else "above" if lost >= 3000 else "found"
+            stable, above = largest_stiffness(lambda k: keeps_contact(
+                evenstep, strategy, RENDERS[render][0], float(f"{k:.4g}"), os.path.join(folder, "out")))
+            state = "below" if not stable else "above" if above else "found"
             limits.append({"strategy": strategy, "state": state, "stable_N_per_m": stable})
     return limits
 

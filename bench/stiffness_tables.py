@@ -16,6 +16,8 @@ import subprocess
 import sys
 import tempfile
 
+from stiffness_3d import largest_stiffness
+
 FOLDER = "scenarios/closed-loop"
 LATE_S, TICK_S, MASS_KG, FRICTION = 0.0155644, 0.001, 0.2, 1.0  # L_e and h of the reference timing; the hand
 RAW_LATE_S = 0.00531
@@ -336,21 +338,16 @@ def keeps_contact(ticks):
 
 
 def slide_limit(evenstep, strategy, render, **how):
-    """The largest k that keeps contact, as a stiffness at the tool: up by 1.25 until it is lost, then bisected to 2 %."""
+    """The largest k that keeps contact, as a stiffness at the tool; whether it is above that; how the hand then slides."""
     ran = {}
 
     def stays(k):
         ran[k] = slide(evenstep, strategy, render, float(f"{k:.4g}"), **how)
         return keeps_contact(ran[k][0])
 
-    least, lost = 0, 5
-    while lost < 3000 and stays(lost):
-        least, lost = lost, lost * 1.25
-    while least and lost < 3000 and lost > 1.02 * least:
-        middle = math.sqrt(least * lost)
-        least, lost = (middle, lost) if stays(middle) else (least, middle)
+    least, above = largest_stiffness(stays)
     assert least, "it hops with the least stiffness already"
-    return AT_TOOL * least, lost >= 3000, ran[least]
+    return AT_TOOL * least, above, ran[least]
 
 
 def sliding(evenstep):
