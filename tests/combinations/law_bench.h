@@ -3,13 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -52,13 +55,18 @@ inline Seeds seeds(std::uint64_t usual) {
   return {first, first + share_of(usual)};
 }
 
-/// Reports that are lost or late, or whose age varies, miss more than the schedule alone does.
-inline bool loses_or_varies(const std::string& toml) {
-  for (const char* const part :
-       {"[[device.faults]]", "unplug", "_at = ", "report_", "clock_rate", "[[device.events]]", "interrupt"})
-    if (toml.find(part) != std::string::npos) return true;
-  return false;
+inline bool says(const std::string& toml, std::initializer_list<std::string_view> parts) {
+  return std::any_of(parts.begin(), parts.end(),
+                     [&](std::string_view part) { return toml.find(part) != std::string::npos; });
 }
+/// Reports that are lost, or events that come only for a change, miss more than the schedule alone does.
+inline bool loses(const std::string& toml) {
+  return says(toml, {"[[device.faults]]", "unplug", "_at = ", "report_interval", "[[device.events]]", "interrupt"});
+}
+/// The sizing pass takes each sample to be as old as the oldest.
+inline bool ages_vary(const std::string& toml) { return says(toml, {"report_age_jitter", "clock_rate"}); }
+/// A time stamp has whole microseconds, rounded up, so a sample that is stamped seems newer by less than one.
+inline bool stamped(const std::string& toml) { return says(toml, {"sample_time = \"taken\"", "report_age", "clock_rate"}); }
 
 constexpr double kRichness = 0.05;
 
