@@ -58,9 +58,6 @@ class PeriodicTiming final : public StepTiming {
   std::int64_t index_ = 0;
 };
 
-/// 1 + r B: the factor of drift on a duration in a segment that begins at B.
-double drift_factor(double drift_per_s, RealTime begin) { return 1.0 + drift_per_s * seconds(begin); }
-
 /// Visualization and steps take turns: free-running, or paced, where each segment waits for its tick of the grid.
 class TakingTurns final : public StepTiming {
  public:
@@ -84,7 +81,7 @@ class TakingTurns final : public StepTiming {
     segment.steps.clear();
     segment.concurrent = false;
     const internal::MeansInForce::Means& means = means_.at(segment.begin);
-    const double drift = drift_factor(drift_per_s_, segment.begin);
+    const double drift = internal::drift_factor(drift_per_s_, segment.begin);
     const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift);
 
     if (order_ == SegmentOrder::visualization_first) append_visualization(segment, visualization);
@@ -156,7 +153,7 @@ class SideBySide final : public StepTiming {
     segment.steps.clear();
     segment.concurrent = true;
     const internal::MeansInForce::Means& means = means_.at(segment.begin);
-    const double drift = drift_factor(drift_per_s_, segment.begin);
+    const double drift = internal::drift_factor(drift_per_s_, segment.begin);
 
     RealTime visualized = segment.begin;
     if (const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift)) {
@@ -243,6 +240,7 @@ std::unique_ptr<StepTiming> make_programmed_timing(const ProgrammedTiming& timin
     return counts_are_good(change.steps) && !no_lane && (!change.step || change.step->ns > 0);
   }));
   assert(!timing.regimes || (timing.regimes->factor > 0 && shortest_mean_stay(*timing.regimes) >= 1));
+  if (timing.accumulator) return internal::make_accumulator_timing(timing);
   if (is_periodic(timing)) return std::make_unique<PeriodicTiming>(timing);
   assert(time_passes(timing));
   if (timing.order == SegmentOrder::concurrent) return std::make_unique<SideBySide>(timing);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 #include <numeric>
 
 #include "evenstep/time/reproducible_math.h"
@@ -55,6 +56,8 @@ double hitches_ns(const ProgrammedTiming& timing, double usual_segment_ns) {
 }
 
 }  // namespace
+
+double drift_factor(double drift_per_s, RealTime begin) { return 1.0 + drift_per_s * seconds(begin); }
 
 Duration scaled(Duration duration, double factor) {
   if (factor == 1) return duration;
@@ -190,7 +193,7 @@ bool is_periodic(const ProgrammedTiming& timing) {
   const bool steady_visualization = timing.visualization_variation == 0 && !timing.regimes && !timing.hitch &&
                                     timing.dropped_visualization == 0 && timing.merged_visualization == 0;
   const bool steady_steps = timing.step_variation == 0 && timing.first_step == 0 && !timing.spikes;
-  return timing.order != SegmentOrder::concurrent && timing.steps.size() == 1 && steady_visualization && steady_steps &&
+  return !timing.accumulator && timing.order != SegmentOrder::concurrent && timing.steps.size() == 1 && steady_visualization && steady_steps &&
          !timing.preemption && timing.drift_per_s == 0 && timing.changes.empty();
 }
 
@@ -234,6 +237,23 @@ MeanTiming mean_timing(const ProgrammedTiming& timing) {
     return mean;
   }
   const double after_visualization = 1.0 - timing.dropped_visualization;
+  if (timing.accumulator) {
+    const double steps_per_ns = 1e-9 * static_cast<double>(timing.accumulator->step_rate.num) /
+                                static_cast<double>(timing.accumulator->step_rate.den);
+    const double drawn_ns = mean.visualization_ns + after_visualization * timing.first_step * static_cast<double>(step.ns);
+    const double grid_ns = 1e9 * static_cast<double>(timing.segment.den) / static_cast<double>(timing.segment.num);
+    const double most = timing.accumulator->max_steps.value_or(std::numeric_limits<int>::max());
+    const auto steps_with = [&](double more_ns) {
+      const double load = mean.step_ns * steps_per_ns;  // the share of the time that the steps take
+      if (timing.paced) return std::min(steps_per_ns * grid_ns, most);
+      return load < 1 ? std::min(steps_per_ns * (drawn_ns + more_ns) / (1 - load), most) : most;
+    };
+    const double hitches = hitches_ns(timing, drawn_ns + steps_with(0) * mean.step_ns);
+    mean.visualization_ns += hitches;
+    mean.steps = steps_with(hitches);
+    mean.segment_ns = drawn_ns + hitches + mean.steps * mean.step_ns;
+    return mean;
+  }
   mean.segment_ns = mean.visualization_ns + mean.steps * mean.step_ns +
                     after_visualization * timing.first_step * static_cast<double>(step.ns);
   const double hitches = hitches_ns(timing, mean.segment_ns);

@@ -2,6 +2,7 @@
 /// How long a piece of work takes: the models of step_timing.h, one class each. No model knows when anything runs.
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -117,5 +118,11 @@ class StepCost {
   PreemptionCost preemption_;
   std::uint64_t n_ = 0;
 };
+
+/// 1 + r B: the factor of drift on a duration in a segment that begins at B.
+double drift_factor(double drift_per_s, RealTime begin);
+
+/// The schedule of a loop with ProgrammedTiming::accumulator.
+std::unique_ptr<StepTiming> make_accumulator_timing(const ProgrammedTiming& timing);
 
 }  // namespace evenstep::internal

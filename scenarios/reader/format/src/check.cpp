@@ -41,6 +41,8 @@ std::string kind_of(std::string_view table, const Value* value) {
   for (const char* whole : {"trace", "foreign"}) {
     if (table == "timing" && value != nullptr && value->find(whole) != nullptr) return whole;
   }
+  const Value* const loop = table == "timing" && value != nullptr ? value->find("loop") : nullptr;
+  if (loop != nullptr && loop->text == kAccumulator) return loop->text;
   for (const char* part : {"library", "command"}) {
     if (table == "scene" && value != nullptr && value->find(part) != nullptr && value->find(key) == nullptr)
       return "foreign";
@@ -271,6 +273,10 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
         : name == "timing" && (kind == "trace" || kind == "foreign")
             ? fmt::format("'{}' does not go with '{}': the {} says it all; remove one of them", entry.key, kind,
                           kind == "trace" ? "recording" : "source")
+        : name == "timing" && kind == kAccumulator
+            ? fmt::format("'{}' means nothing with loop = \"accumulator\"; remove it", entry.key)
+        : field->kinds == kAccumulator
+            ? fmt::format("'{}' is about a game's loop; remove it, or write loop = \"accumulator\"", entry.key)
         : field->kinds == "trace"
             ? fmt::format("'{}' belongs to a recording; remove it, or write trace = \"trace.sqlite\"", entry.key)
             : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of, kind, of,

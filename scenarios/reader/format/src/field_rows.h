@@ -30,9 +30,12 @@ constexpr double kLongestSpike_s = 9;                                           
 
 using D = Dimension;
 
-// Values of [timing] order, which say what kind of table it is:
+// Values of [timing] order, which say what kind of table it is, unless `loop` does:
 constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
 constexpr std::string_view kInTurn = "visualization-first|steps-first";
+constexpr std::string_view kAccumulator = "accumulator";
+constexpr std::string_view kAnyLoop = "visualization-first|steps-first|concurrent|accumulator";
+constexpr std::string_view kNoLanes = "visualization-first|steps-first|accumulator";
 
 /// "a|b|c", the form of Field::words and Field::kinds, of the names that `name` gives for each element.
 template <class List, class Name>

@@ -58,6 +58,9 @@ void read_sweep(ScenarioReading& reading);
 void read_faults(ScenarioReading& reading);        ///< after read_run and read_devices
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
+/// 1 / step_size of [scene]; `filled` for "fill".
+Rate read_step_rate(const Table& scene, Rate filled);
+
 /// Adds an error if [[device]] has 'queue' but its driver has no queue; `why_not` says why.
 inline void refuse_queue(const Table& device, std::string_view why_not, Errors& errors) {
   if (device.has("queue"))

@@ -45,6 +45,9 @@ struct SegmentTiming {
   bool concurrent = false;                ///< programmed as concurrent: overlaps() even if no step here meets it
   DrawingPart drawing;                    ///< without a visualization only `left_out` has a meaning
   std::vector<Transport> transports;      ///< one per step; empty: every result is there as soon as its step ends
+  /// t(n), one per step: where the loop's own simulation time stands when the step begins. Time that the loop drops is passed
+  /// over: t is then by so much more than a step size after the t before. Empty: the loop keeps no such time.
+  std::vector<SimTime> simulated;
 
   /// Whether the visualization runs beside the steps, in a lane of its own, and not before or after them: it has more than
   /// an instant in common with a step, or `concurrent` is set.
@@ -52,6 +55,10 @@ struct SegmentTiming {
   /// Of a step that is an element of `steps`.
   Transport transport(const Interval& step) const {
     return transports.empty() ? Transport{} : transports[static_cast<std::size_t>(&step - steps.data())];
+  }
+  std::optional<SimTime> simulated_at(const Interval& step) const {
+    if (simulated.empty()) return std::nullopt;
+    return simulated[static_cast<std::size_t>(&step - steps.data())];
   }
 };
 
@@ -129,6 +136,15 @@ struct TimingChange {
   std::vector<int> steps;  ///< empty: unchanged
 };
 
+/// A loop with a fixed time step that keeps up with real time ("Fix your timestep!", Glenn Fiedler, 2004,
+/// gafferongames.com/post/fix_your_timestep): each frame runs the steps that have become due since the last one.
+struct Accumulator {
+  Rate step_rate{60, 1};            ///< 1 / dt, dt the step size
+  std::optional<int> max_steps;     ///< per frame; the simulated time of those beyond it is dropped; empty: no limit
+  Duration jitter_fix;              ///< at most dt: how far N may be from what is due, so that it is as in frames before
+  Duration refresh_jitter;          ///< paced: a frame begins later than its refresh by a time drawn evenly from [0, this]
+};
+
 /// The table [timing] of a scenario without a trace. The schedule depends on nothing but the fields below.
 struct ProgrammedTiming {
   Rate segment{30, 1};                 ///< 1 / T; in a free-running schedule it sets only the mean step of "fill"
@@ -152,6 +168,7 @@ struct ProgrammedTiming {
   bool paced = false;
   WakeUp wake = WakeUp::catch_up;  ///< paced; other than catch_up only with the visualization first
   double slowdown = 1;             ///< concurrent: factor on a step that begins while a visualization runs
+  std::optional<Accumulator> accumulator;  ///< if given, N follows from it; `steps` and `wake` are not used
   std::uint64_t seed = 1;
 };
 
@@ -181,6 +198,19 @@ struct ProgrammedTiming {
 ///   so N varies. `steps` is used for "fill" only: s = (V / slowdown + T - V) / N, where T = V if not paced; that gives N
 ///   steps per segment on average. (If it is paced and the phase of the steps relative to V is spread evenly, the steps that
 ///   straddle an end of V reduce N by (slowdown - 1)^2 / (2 slowdown): 0.08 at 1.5.)
+///
+/// Accumulator: a segment is a frame. It begins at B_k, and its N steps are those that are due then, N = 0 included; steps and
+///   visualization take turns in either order.
+///     m_k = steps run or dropped before frame k,   N = floor(B_k / dt) - m_k,   t(n) = floor(m dt), m that of step n
+///   with multiples of dt rounded down to ns, as all times are.
+///   `max_steps`: of more steps that are due the oldest are dropped, and m passes over them (as Godot does, main.cpp,
+///   max_physics_steps_per_frame).
+///   `jitter_fix` j: in each window of the last 1, 2, ..., 12 frames the number of steps is kept to one of two that follow
+///   each other, as long as N lies between floor((B_k - j) / dt) - m_k and floor((B_k + j) / dt) - m_k; where that is not
+///   possible, the numbers of the windows are learned anew (after Godot's physics_jitter_fix, main_timer_sync.cpp).
+///   B_0 = 0. If it is paced (a display that is waited for), frame k begins at the first tick of `segment` after that of
+///   frame k - 1 at which its work has ended, plus what is drawn for `refresh_jitter`; else when that work ends. Some frame
+///   must take time: V > 0, or it is paced.
 ///
 /// Length of step n, in segment k: d = floor(X_n (1 + r B_k) f + 1/2), and then d + spike_n + preemption_n;
 /// of visualization k:             d = floor(Y_k (1 + r B_k) c_k + 1/2), and then d + preemption_k.

@@ -14,6 +14,9 @@ constexpr Duration kShortestPace{10'000}, kLongestPace{9'000'000'000};  // as a 
 /// Adds an error if no drawing makes a pause that could be shorter.
 void check_pauses(ScenarioReading& reading, const Table& governor) {
   const TimingSpec& timing = reading.scenario.timing;
+  if (timing.programmed.accumulator)
+    reading.errors.add(governor.place("split"), "'governor': it would move the frames of loop = \"accumulator\", whose steps "
+                                                "are those due when they begin; remove it");
   const auto overlaps = [](const SegmentTiming& segment) { return segment.overlaps(); };
   const bool beside = timing.trace.empty() ? timing.programmed.order == SegmentOrder::concurrent
                                            : std::any_of(timing.trace.begin(), timing.trace.end(), overlaps);

@@ -248,14 +248,14 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   }
 }
 
+}  // namespace
+
 Rate read_step_rate(const Table& scene, Rate filled) {
   const std::string text = scene.text("step_size");
   if (text == "fill") return filled;
   const Result<Rate> rate = parse_rate(text);
   return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
-
-}  // namespace
 
 void read_scene(ScenarioReading& reading) {
   if (!reading.sound("scene") || reading.document.find("scene") == nullptr) return;

@@ -273,6 +273,84 @@ void read_wake(const Table& timing, ProgrammedTiming& programmed, Errors& errors
 
 constexpr std::string_view kOrders[] = {"visualization-first", "steps-first", "concurrent"};
 
+/// Adds an error if the steps take all the time there is, at the beginning or after a change.
+void check_load(const Table& timing, const ProgrammedTiming& programmed, Errors& errors) {
+  const Accumulator& loop = *programmed.accumulator;
+  if (loop.max_steps) return;
+  ProgrammedTiming changed = programmed;
+  const auto falls_behind = [&](const Place& place) {
+    const double step_ns = mean_timing(changed).step_ns, size_ns = 1e9 / in_Hz(loop.step_rate);
+    if (step_ns < size_ns) return false;
+    errors.add(place, fmt::format("'step': a step takes {:.6g} ms on average and simulates {:.6g} ms, so each frame has more "
+                                  "steps than the one before; make it shorter, the step_size longer, or write max_steps = 8",
+                                  step_ns * 1e-6, size_ns * 1e-6));
+    return true;
+  };
+  if (falls_behind(timing.place("step"))) return;
+  const std::vector<Table> entries = timing.tables("changes");
+  for (std::size_t i = 0; i < programmed.changes.size(); ++i) {
+    if (!programmed.changes[i].step) continue;
+    changed.step = programmed.changes[i].step;
+    if (falls_behind(entries[i].place("step"))) return;
+  }
+}
+
+/// Adds an error if a frame may take no time.
+void check_frames_take_time(const Table& timing, const ProgrammedTiming& programmed, Errors& errors) {
+  if (programmed.paced) return;
+  const auto refuse = [&](const Place& place, std::string_view key) {
+    errors.add(place, fmt::format("'{}': a frame without a visualization takes no time if no step is due; write segment = "
+                                  "\"60 Hz\", which it waits for",
+                                  key));
+  };
+  if (programmed.visualization.ns == 0) return refuse(timing.place("visualization"), "visualization");
+  if (programmed.dropped_visualization > 0) return refuse(timing.place("dropped_visualization"), "dropped_visualization");
+  const std::vector<Table> entries = timing.tables("changes");
+  for (std::size_t i = 0; i < programmed.changes.size(); ++i) {
+    if (programmed.changes[i].visualization == Duration{0}) return refuse(entries[i].place("visualization"), "visualization");
+  }
+}
+
+/// A loop that keeps up with real time. [scene] says how much a step simulates.
+void read_accumulator(ScenarioReading& reading, const Table& timing) {
+  Errors& errors = reading.errors;
+  const std::size_t errors_before = errors.count();
+  ProgrammedTiming& programmed = reading.scenario.timing.programmed;
+  const Table scene = reading.section("scene");
+  if (!reading.sound("scene") || reading.document.find("scene") == nullptr) return;  // it has its own error
+  Accumulator& loop = programmed.accumulator.emplace();
+  loop.step_rate = read_step_rate(scene, {0, 1});
+  if (loop.step_rate.num == 0)
+    return errors.add(timing.place("loop"), "'loop': \"accumulator\" runs the steps that are due, and [scene] does not say how "
+                                            "much time a step simulates; write step_size = \"60 Hz\" there");
+  const Duration size{instant_ns(loop.step_rate, 1)};
+  if (timing.has("max_steps")) loop.max_steps = static_cast<int>(timing.integer("max_steps"));
+  loop.jitter_fix = {static_cast<std::int64_t>(timing.number("jitter_fix") * static_cast<double>(size.ns))};
+  loop.refresh_jitter = timing.duration("refresh_jitter");
+  programmed.steps = {1};
+  programmed.paced = timing.has("segment");
+  Shares shares{.visualization = programmed.visualization};
+  if (programmed.paced && !read_segment(timing, shares, errors)) return;
+  if (programmed.paced) programmed.segment = shares.segment;
+  if (timing.has("refresh_jitter") && (!programmed.paced || loop.refresh_jitter >= shares.segment_length()))
+    errors.add(timing.place("refresh_jitter"), "'refresh_jitter' delays the frames that wait for a 'segment', by less than its "
+                                               "length; write segment = \"60 Hz\", or a shorter time");
+  read_timing_models(timing, programmed, errors);
+  check_frames_take_time(timing, programmed, errors);
+  check_load(timing, programmed, errors);
+  if (errors.count() > errors_before) return;
+  const MeanTiming mean = mean_timing(programmed);
+  const Duration frame = programmed.paced ? shares.segment_length() : Duration{std::llround(mean.segment_ns)};
+  if (frame < kShortestSegment || frame > kLongestSegment)
+    return errors.add(timing.place("step"), "'step': a frame, V + N s, is out of range; it must be between 10 us and 9 s");
+  reading.scenario.scene.step_rate = loop.step_rate;
+  reading.scenario.nominal = {.segment = frame,
+                              .visualization = programmed.visualization,
+                              .slot = size,
+                              .step_run_time = *programmed.step,
+                              .known = true};
+}
+
 void read_programmed(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
   ProgrammedTiming& programmed = spec.programmed;
@@ -281,10 +359,11 @@ void read_programmed(ScenarioReading& reading, const Table& timing) {
   if (step_text != "fill" && !spec.real_steps) programmed.step = timing.duration("step");
   const auto order = std::find(std::begin(kOrders), std::end(kOrders), timing.text("order"));
   programmed.order = static_cast<SegmentOrder>(order - std::begin(kOrders));
-  programmed.paced = timing.boolean("paced");
-  read_wake(timing, programmed, reading.errors);
   programmed.seed = reading.scenario.seed;
   read_visualization(reading, timing);
+  if (timing.text("loop") == kAccumulator) return read_accumulator(reading, timing);
+  programmed.paced = timing.boolean("paced");
+  read_wake(timing, programmed, reading.errors);
   if (programmed.order == SegmentOrder::concurrent) {
     read_concurrent(reading, timing);
   } else {
@@ -328,19 +407,27 @@ void read_timing(ScenarioReading& reading) {
 // clang-format off
 const std::vector<Field>& timing_fields() {
   static const std::vector<Field> rows{
+      {.table = "timing", .key = "loop", .forms = kWord, .default_toml = "\"segments\"",
+       .meaning = "`accumulator`: a game's loop. Each frame runs as many steps of [scene] `step_size` as are due when it "
+                  "begins; N = 0 is one of them.",
+       .words = "segments|accumulator", .kinds = kAnyLoop},
       {.table = "timing", .key = "segment", .forms = kRate | kDuration,
        .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
                   "duration: then segments follow each other without a gap. 10 us to 9 s.",
        .kinds = kAnyOrder, .range = above(0), .example = "\"30 Hz\""},
+      {.table = "timing", .key = "segment", .forms = kRate | kDuration,
+       .meaning = "The refresh that each frame waits for: the next one after its work. Without it frames follow each other "
+                  "without a gap. 10 us to 9 s.",
+       .kinds = kAccumulator, .range = above(0), .example = "\"60 Hz\""},
       {.table = "timing", .key = "visualization", .forms = kWord | kWork | kDuration,
        .meaning = "Run time V of the visualization, the mean where it varies. On a wall clock nothing is done in it, unless "
                   "it is `render`: the tissue is drawn, however long that takes; or `burn`: the compute device is kept "
                   "busy. Under the virtual clock only V matters, so `render` needs it.",
-       .words = "render", .kinds = kAnyOrder, .required = true, .range = between(0, kLongestRun_s),
+       .words = "render", .kinds = kAnyLoop, .required = true, .range = between(0, kLongestRun_s),
        .example = "\"11.1 ms\""},
       {.table = "timing", .key = "picture", .forms = kInteger, .shape = Shape::list,
        .meaning = "Width and height, in pixels, of what `render` draws; [800, 600] if it is not given.",
-       .kinds = kAnyOrder, .range = between(16, 8192), .example = "[800, 600]"},
+       .kinds = kAnyLoop, .range = between(16, 8192), .example = "[800, 600]"},
       {.table = "timing", .key = "steps", .forms = kInteger, .shape = Shape::one_or_list,
        .meaning = "Steps N per segment; of several values one is drawn per segment.",
        .kinds = kInTurn, .required = true, .range = between(1, kMostSteps), .example = "15"},
@@ -354,11 +441,28 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
        .meaning = "Run time s of a step, the mean where it varies. `fill`: computed from `steps`.",
        .words = "fill", .kinds = "concurrent", .range = above(0, kLongestRun_s)},
+      {.table = "timing", .key = "step", .forms = kDuration,
+       .meaning = "Run time s of a step, the mean where it varies.",
+       .kinds = kAccumulator, .required = true, .range = above(0, kLongestRun_s), .example = "\"1 ms\""},
+      {.table = "timing", .key = "max_steps", .forms = kInteger,
+       .meaning = "The most steps of a frame. Of more that are due, the oldest are not run: their simulated time is dropped. "
+                  "Default: no limit.",
+       .kinds = kAccumulator, .range = between(1, kMostSteps), .example = "8"},
+      {.table = "timing", .key = "jitter_fix", .forms = kNumber, .default_toml = "0",
+       .meaning = "Godot's `physics_jitter_fix`: a frame may run a step by this share of a step size before or after it is "
+                  "due, if frames then have as many steps as those before them.",
+       .kinds = kAccumulator, .range = between(0, 1), .example = "0.5"},
+      {.table = "timing", .key = "refresh_jitter", .forms = kDuration, .default_toml = "\"0 ms\"",
+       .meaning = "With `segment`: a frame begins later than its refresh by up to this, all values equally likely.",
+       .kinds = kAccumulator, .range = between(0, 9), .example = "\"0.1 ms\""},
       {.table = "timing", .key = "order", .forms = kWord, .default_toml = "\"visualization-first\"",
        .meaning =
            "What opens a segment. `steps-first` needs a lead of V. `concurrent`: the visualization has a lane of its own "
            "and stops no step; a segment lasts from one visualization's begin to the next's.",
        .words = kAnyOrder, .kinds = kAnyOrder},
+      {.table = "timing", .key = "order", .forms = kWord, .default_toml = "\"steps-first\"",
+       .meaning = "What a frame begins with.",
+       .words = kInTurn, .kinds = kAccumulator},
       {.table = "timing", .key = "paced", .forms = kBoolean, .default_toml = "false",
        .meaning =
            "Where anything varies: segments still wait for the grid of `segment`, and idle until then. (`concurrent`: "

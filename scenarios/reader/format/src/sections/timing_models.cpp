@@ -59,6 +59,8 @@ TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Err
   if (entry.has("steps")) change.steps = read_step_counts(entry, errors);
   if (!change.visualization && !change.step && change.steps.empty())
     errors.add(entry.place("at"), "'changes': this entry changes nothing; write visualization, step or steps");
+  if (timing.accumulator && !change.steps.empty())
+    errors.add(entry.place("steps"), "'steps' cannot change with loop = \"accumulator\", where what is due decides; remove it");
   if (timing.order != SegmentOrder::concurrent) return change;
   if (!change.steps.empty())
     errors.add(entry.place("steps"),
@@ -176,42 +178,42 @@ const std::vector<Field>& timing_model_fields() {
       {.table = "timing", .key = "jitter", .forms = kTable,
        .meaning =
            "Random run times. With this or any key below, segments follow each other without a gap, unless `paced` is set.",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "first_step", .forms = kQuantity, .default_toml = "\"0 %\"",
        .meaning = "The first step after a visualization takes longer by this share.",
-       .kinds = kInTurn, .dimension = D::ratio, .range = between(0, 100), .example = "\"+20 %\""},
+       .kinds = kNoLanes, .dimension = D::ratio, .range = between(0, 100), .example = "\"+20 %\""},
       {.table = "timing", .key = "slowdown", .forms = kNumber, .default_toml = "1",
        .meaning = "Factor on the length of a step that begins while a visualization runs.",
        .kinds = "concurrent", .range = between(1, 100), .example = "1.5"},
       {.table = "timing", .key = "spikes", .forms = kTable,
        .meaning = "Steps are hit now and then, for the same time each (a scheduler's tick).",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "preemption", .forms = kTable,
        .meaning = "Steps and visualizations are interrupted now and then, for times with a long tail.",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "regimes", .forms = kTable,
        .meaning = "The visualization jumps between two lengths, each of which lasts a while. The mean stays V.",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "hitch", .forms = kTable,
        .meaning = "A long visualization again and again: another tab, a garbage collector, a texture that is loaded.",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "disturbed", .forms = kTable,
        .meaning =
            "When there are spikes, pre-emption, regimes, hitches, dropped and merged visualizations: only in segments "
            "that begin then. Default: in all.",
-       .kinds = kAnyOrder},
+       .kinds = kAnyLoop},
       {.table = "timing", .key = "drift", .forms = kQuantity, .default_toml = "\"0 %/s\"",
        .meaning = "V and s of a segment are those of t = 0 times 1 + drift * its begin.",
-       .kinds = kAnyOrder, .dimension = D::drift, .range = between(-10, 10), .example = "\"10 %/s\""},
+       .kinds = kAnyLoop, .dimension = D::drift, .range = between(-10, 10), .example = "\"10 %/s\""},
       {.table = "timing", .key = "dropped_visualization", .forms = kQuantity, .default_toml = "\"0 %\"",
        .meaning = "Share of the segments without one: their steps follow at once.",
-       .kinds = kAnyOrder, .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
+       .kinds = kAnyLoop, .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
       {.table = "timing", .key = "merged_visualization", .forms = kQuantity, .default_toml = "\"0 %\"",
        .meaning = "Share of the segments with two in a row, 2 V.",
-       .kinds = kAnyOrder, .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
+       .kinds = kAnyLoop, .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
       {.table = "timing", .key = "changes", .forms = kTable, .shape = Shape::list,
        .meaning = "New values, each from the first segment on that begins at its time or later. `fill` keeps its step.",
-       .kinds = kAnyOrder, .example = "[{ at = \"2 s\", visualization = \"22.2 ms\" }]"},
+       .kinds = kAnyLoop, .example = "[{ at = \"2 s\", visualization = \"22.2 ms\" }]"},
       {.table = "timing.jitter", .key = "visualization", .forms = kJitter,
        .meaning = "Log-normal with this coefficient of variation, or uniform: shorter or longer by up to this share. The "
                   "mean stays V.",
