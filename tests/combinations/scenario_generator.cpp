@@ -44,6 +44,9 @@ const std::map<std::string_view, std::vector<std::string_view>>& hints() {
       {"timing.roles.unit", {"\"ns\""}},
       {"timing.roles.format", {"\"csv\""}},
       {"timing.roles.steps", {"0"}},
+      {"timing.loop", {"\"segments\""}},
+      {"timing.jitter_fix", {"0", "0.5", "1"}},
+      {"timing.refresh_jitter", {"\"0.1 ms\"", "\"1 ms\""}},
       {"timing.changes.steps", {"15", "3", "[2, 4]"}},
       {"scene.lattice", {"[4, 4, 4]", "[3, 4, 5]"}},
       {"scene.particles", {"50", "64"}},
@@ -146,6 +149,11 @@ bool has_kind(const Field& field, std::string_view kind) {
   return kinds.empty() || std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
+/// The key that says that a table is of this kind.
+std::string_view key_of_kind(std::string_view table, std::string_view kind) {
+  return table == "timing" && kind == "accumulator" ? "loop" : kind_key(table);
+}
+
 /// These name files, shared objects, or faults of the scenario.
 bool names_what_is_not_there(const Field& field) {
   return field.key == "extends" || field.key == "faults_off" || field.key == "library" ||
@@ -218,7 +226,7 @@ std::string ScenarioGenerator::kind_of(std::string_view table) {
       if (word != "foreign" || (wanted_ && wanted_->table.starts_with(table))) offer(word);
     break;
   }
-  if (table == "timing") offer("trace"), offer("foreign");
+  if (table == "timing") offer("trace"), offer("foreign"), offer("accumulator");
   if (kinds.empty()) return "";
   // The first one is the plainest, and the most common.
   if (chance(0.3)) return kinds.front();
@@ -264,7 +272,7 @@ ScenarioTable::Entry ScenarioGenerator::entry_of(const Field& field, const std::
   entry.key = field.key == "*" ? "remap.latency" : field.key;  // of a grid: a key of the scenario
   const bool only_table = (field.forms & internal::kTable) != 0 && (field.forms & ~std::uint32_t{internal::kTable}) == 0;
   if (!only_table && !(wanted_ && wanted_->table == subtable(field))) {
-    const bool is_kind = field.key == kind_key(field.table) && !kind.empty() && !field.words.empty();
+    const bool is_kind = field.key == key_of_kind(field.table, kind) && !kind.empty() && !field.words.empty();
     entry.toml = is_kind ? fmt::format("\"{}\"", kind) : value_of(field);
     return entry;
   }
@@ -285,7 +293,7 @@ ScenarioTable ScenarioGenerator::table(std::string_view name) {
     if (is_kind_key(field) ? field.key != kind : names_what_is_not_there(field)) continue;
     const std::string_view* const beside = companion(name, field.key);
     if (beside && *beside == "-") continue;
-    const bool is_kind = field.key == kind_key(name) && !kind.empty() && !field.words.empty();
+    const bool is_kind = field.key == key_of_kind(name, kind) && !kind.empty() && !field.words.empty();
     if (is_kind && (kind == "trace" || kind == "foreign") && name == "timing") continue;
     const bool needed = field.required || is_kind_key(field) || (is_kind && kind != split_words(field.words).front()) ||
                         beside || (is_wanted(name, field.key) && (wanted_->table != name || wanted_ == &field));

@@ -109,6 +109,9 @@ std::string timing_text(const TimingSpec& t) {
                        p.preemption->tail);
   if (p.regimes) out += fmt::format(" regimes {} {} {}", p.regimes->factor, p.regimes->mean_length, p.regimes->slow_share);
   if (p.hitch) out += fmt::format(" hitch {} {}", at(p.hitch->every), at(p.hitch->visualization));
+  if (p.accumulator)
+    out += fmt::format(" accumulator {} {} {} {}", at(p.accumulator->step_rate), p.accumulator->max_steps.value_or(0),
+                       at(p.accumulator->jitter_fix), at(p.accumulator->refresh_jitter));
   out += fmt::format(" law {} {}", static_cast<int>(p.visualization_law), static_cast<int>(p.step_law));
   for (const TimingChange& change : p.changes) {
     out += fmt::format(" change {} V {} s {} N {}", change.at.ns, change.visualization ? at(*change.visualization) : "same",

@@ -250,3 +250,66 @@ TEST_CASE("A paced schedule whose steps fill the segment is accepted: its mean w
                     steps));
   }
 }
+
+namespace {
+
+const char* const kGame = "loop = \"accumulator\"\nsegment = \"60 Hz\"\nvisualization = \"4 ms\"\nstep = \"0.5 ms\"\n";
+
+/// kSpring with this [timing] and steps of 90 Hz.
+std::string game_with(const std::string& timing) {
+  std::string text = spring_with(timing);
+  return text.insert(text.find("[scene]") + 8, "step_size = \"90 Hz\"\n");
+}
+
+}  // namespace
+
+TEST_CASE("A game's loop arrives as it is written: steps first, its step size is the scene's, and a slot is one") {
+  const ReadResult plain = read_text(game_with(kGame));
+  REQUIRE(plain);
+  REQUIRE(plain->timing.programmed.accumulator);
+  CHECK(plain->timing.programmed.order == SegmentOrder::steps_first);
+  CHECK(plain->timing.programmed.paced);
+  CHECK(plain->timing.programmed.accumulator->step_rate == Rate{90, 1});
+  CHECK_FALSE(plain->timing.programmed.accumulator->max_steps);
+  CHECK(plain->scene.step_rate == Rate{90, 1});
+  CHECK(plain->nominal.slot == Duration{11'111'111});
+  CHECK(plain->nominal.segment == Duration{16'666'666});
+  const ReadResult all = read_text(game_with(
+      std::string(kGame) + "max_steps = 8\njitter_fix = 0.5\nrefresh_jitter = \"0.1 ms\"\norder = \"visualization-first\"\n"));
+  REQUIRE(all);
+  CHECK(all->timing.programmed.accumulator->max_steps == 8);
+  CHECK(all->timing.programmed.accumulator->jitter_fix == Duration{5'555'555});
+  CHECK(all->timing.programmed.accumulator->refresh_jitter == Duration{100'000});
+  CHECK(all->timing.programmed.order == SegmentOrder::visualization_first);
+  const ReadResult free = read_text(game_with("loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"0.5 ms\"\n"));
+  REQUIRE(free);
+  CHECK_FALSE(free->timing.programmed.paced);
+  CHECK(free->nominal.segment == Duration{4'188'482});  // 4 / (1 - 0.5 * 0.09)
+}
+
+TEST_CASE("A game's loop that cannot work, or a key that it does not have, is an error that says what to write") {
+  const auto check_game = [](const std::string& timing, const char* error) {
+    INFO(timing);
+    const ReadResult result = read_text(game_with(timing));
+    CHECK_FALSE(result);
+    CHECK_THAT(errors_of(result), Contains(error));
+  };
+  const std::string free = "loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"0.5 ms\"\n";
+  check_game(kGame + std::string("steps = 2\n"), "'steps' means nothing with loop = \"accumulator\"; remove it");
+  check_game(kGame + std::string("paced = true\n"), "'paced' means nothing with loop = \"accumulator\"; remove it");
+  check_game(std::string(kBase) + "max_steps = 2\n", "'max_steps' is about a game's loop; remove it, or write loop = ");
+  check_game("loop = \"accumulator\"\nvisualization = \"4 ms\"\n", "[timing] has no 'step'; write step = \"1 ms\"");
+  check_game("loop = \"game\"\nvisualization = \"4 ms\"\n", "must be \"segments\" or \"accumulator\"");
+  check_game(kGame + std::string("jitter_fix = 1.5\n"), "at most 1");
+  check_game(kGame + std::string("max_steps = 0\n"), "at least 1");
+  check_game(free + "refresh_jitter = \"1 ms\"\n", "'refresh_jitter' delays the frames that wait for a 'segment'");
+  check_game(kGame + std::string("refresh_jitter = \"17 ms\"\n"), "write segment = \"60 Hz\", or a shorter time");
+  check_game(free + "dropped_visualization = \"1 %\"\n", "'dropped_visualization': a frame without a visualization");
+  check_game("loop = \"accumulator\"\nvisualization = \"0 ms\"\nstep = \"0.5 ms\"\n", "takes no time if no step is due");
+  check_game(free + "changes = [{ at = \"1 s\", visualization = \"0 s\" }]\n", "takes no time if no step is due");
+  check_game(free + "changes = [{ at = \"1 s\", steps = 3 }]\n", "'steps' cannot change with loop = \"accumulator\"");
+  check_game("loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"12 ms\"\n", "so each frame has more steps than");
+  check_game(free + "changes = [{ at = \"1 s\", step = \"12 ms\" }]\n", "so each frame has more steps than");
+  check_game(kGame + std::string("governor = { split = 2 }\n"), "'governor': it would move the frames");
+  CHECK_THAT(errors_of(read_text(spring_with(kGame))), Contains("[scene] has no 'step_size', which loop = \"accumulator\""));
+}

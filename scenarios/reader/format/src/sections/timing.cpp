@@ -321,8 +321,8 @@ void read_accumulator(ScenarioReading& reading, const Table& timing) {
   Accumulator& loop = programmed.accumulator.emplace();
   loop.step_rate = read_step_rate(scene, {0, 1});
   if (loop.step_rate.num == 0)
-    return errors.add(timing.place("loop"), "'loop': \"accumulator\" runs the steps that are due, and [scene] does not say how "
-                                            "much time a step simulates; write step_size = \"60 Hz\" there");
+    return errors.add(scene.place("step_size"), "[scene] has no 'step_size', which loop = \"accumulator\" needs to know when "
+                                                "a step is due; write step_size = \"60 Hz\"");
   const Duration size{instant_ns(loop.step_rate, 1)};
   if (timing.has("max_steps")) loop.max_steps = static_cast<int>(timing.integer("max_steps"));
   loop.jitter_fix = {static_cast<std::int64_t>(timing.number("jitter_fix") * static_cast<double>(size.ns))};
@@ -407,10 +407,6 @@ void read_timing(ScenarioReading& reading) {
 // clang-format off
 const std::vector<Field>& timing_fields() {
   static const std::vector<Field> rows{
-      {.table = "timing", .key = "loop", .forms = kWord, .default_toml = "\"segments\"",
-       .meaning = "`accumulator`: a game's loop. Each frame runs as many steps of [scene] `step_size` as are due when it "
-                  "begins; N = 0 is one of them.",
-       .words = "segments|accumulator", .kinds = kAnyLoop},
       {.table = "timing", .key = "segment", .forms = kRate | kDuration,
        .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
                   "duration: then segments follow each other without a gap. 10 us to 9 s.",
@@ -473,6 +469,10 @@ const std::vector<Field>& timing_fields() {
                   "`absolute-grid`: at the next tick of the grid, the missed ones are left out; `from-last-update`: T after "
                   "the start of the segment before, or at once if that is past.",
        .words = "catch-up|absolute-grid|from-last-update", .kinds = kAnyOrder},
+      {.table = "timing", .key = "loop", .forms = kWord, .default_toml = "\"segments\"",
+       .meaning = "`accumulator`: a game's loop. Each frame runs as many steps of [scene] `step_size` as are due when it "
+                  "begins; N = 0 is one of them.",
+       .words = "segments|accumulator", .kinds = kAnyLoop},
       {.table = "timing", .key = "trace", .forms = kFile,
        .meaning =
            "A recording to replay: timing.csv (segment,kind,index,begin_ns,end_ns), or a profiler's file, with `roles` if "
