@@ -24,7 +24,8 @@ std::optional<RecordingOptions> recording_options(const RecordingArguments& argu
 /// The options that were given, as they are typed, each after a blank.
 std::string recording_words(const RecordingArguments& arguments);
 
-/// --sampling: a period or a rate; empty on an error, which is then printed.
+/// A period of at most 1 s or a rate; empty on an error of this option, which is then printed.
+std::optional<Rate> period_or_rate(const std::string& option, const std::string& text);
 std::optional<Rate> sampling_rate(const std::string& text);
 /// Between 0 and 1; empty on an error, which is then printed.
 std::optional<double> share(const std::string& option, const std::string& text);

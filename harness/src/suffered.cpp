@@ -35,8 +35,9 @@ constexpr std::array kOfDevice = std::to_array<Harm>(
      {"force", "cuts_speed", "cuts because the hand was too fast"},
      {"force", "lost", "reports lost"},
      {"force", "write_failures", "writes failed"}});
-constexpr std::array kOfStrategy = std::to_array<Harm>(
-    {{"solver", "non_finite", "values not finite"}, {"solver", "steps_not_begun", "steps that did not begin"}});
+constexpr std::array kOfStrategy = std::to_array<Harm>({{"solver", "non_finite", "values not finite"},
+                                                        {"solver", "steps_not_begun", "steps that did not begin"},
+                                                        {"solver", "steps_dropped", "steps dropped by the loop"}});
 
 bool has_word(std::string_view words, std::string_view word) {
   return (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;

@@ -405,6 +405,13 @@ void put_pace(Values& values, const StrategyRecord& strategy, const Rows<std::si
   put(values, "simulated_per_real", simulated_s / seconds(last.begin - first.begin));
 }
 
+/// How many steps would have simulated the time that the loop dropped, in the whole run.
+void put_dropped(Values& values, const StrategyRecord& strategy, double slot_s) {
+  if (strategy.steps.empty() || !strategy.steps.front().clock || !strategy.steps.back().clock) return;
+  const double passed_s = seconds(*strategy.steps.back().clock) - seconds(*strategy.steps.front().clock);
+  put(values, "steps_dropped", std::round(passed_s / slot_s - static_cast<double>(strategy.steps.size() - 1)));
+}
+
 Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& steps, double slot_s) {
   const SolverRecord& solver = strategy.solver;
   Values values;
@@ -427,6 +434,7 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
   put_segment_mean(values, strategy, steps);
   put_pace(values, strategy, steps, slot_s);
+  put_dropped(values, strategy, slot_s);
   return values;
 }
 

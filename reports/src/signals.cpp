@@ -95,7 +95,7 @@ constexpr std::array kSolver = std::to_array<MetricUnit>({
     {"solver_seconds", "s", kLess | kTimed}, {"steps_begun", "count"}, {"steps_not_begun", "count", kLess},
     {"steps_over_limit", "count", kLess}, {"step_over_limit_max", "1", kLess}, {"segment_mean", "s"},
     {"drawing_rate", "Hz", kMore}, {"drawings_left_out", "count", kLess}, {"drawing_pause_max", "s", kLess},
-    {"drawing_interval_max", "s", kLess}, {"simulated_per_real", "1"},
+    {"drawing_interval_max", "s", kLess}, {"steps_dropped", "count", kLess}, {"simulated_per_real", "1"},
 });
 constexpr std::array kEvents = std::to_array<MetricUnit>({
     {"sometimes", "count"}, {"lateness_p50", "s", kLess}, {"lateness_p99", "s", kLess}, {"lateness_p999", "s", kLess},

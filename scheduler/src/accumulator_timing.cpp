@@ -37,7 +37,7 @@ class StepsPerFrame {
   }
 
  private:
-  static constexpr std::size_t kWindows = 12;       // Godot's CONTROL_STEPS
+  static constexpr std::size_t kWindows = 12;        // Godot's CONTROL_STEPS
   std::array<std::int64_t, kWindows> usual_, past_;  // [i]: steps of i + 1 frames; `past_` of the last ones
 };
 

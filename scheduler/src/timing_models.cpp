@@ -193,8 +193,8 @@ bool is_periodic(const ProgrammedTiming& timing) {
   const bool steady_visualization = timing.visualization_variation == 0 && !timing.regimes && !timing.hitch &&
                                     timing.dropped_visualization == 0 && timing.merged_visualization == 0;
   const bool steady_steps = timing.step_variation == 0 && timing.first_step == 0 && !timing.spikes;
-  return !timing.accumulator && timing.order != SegmentOrder::concurrent && timing.steps.size() == 1 && steady_visualization && steady_steps &&
-         !timing.preemption && timing.drift_per_s == 0 && timing.changes.empty();
+  return !timing.accumulator && timing.order != SegmentOrder::concurrent && timing.steps.size() == 1 &&
+         steady_visualization && steady_steps && !timing.preemption && timing.drift_per_s == 0 && timing.changes.empty();
 }
 
 Duration starting_step(const ProgrammedTiming& timing) {

@@ -38,7 +38,8 @@ std::string key_tables() {
       const std::string fallback = field.required               ? "obligatory"
                                    : field.default_toml.empty() ? "-"
                                                                 : fmt::format("`{}`", field.default_toml);
-      const std::vector<std::string_view> own = split_words(field.kinds), timings{"visualization-first", "steps-first", "concurrent", "accumulator"};
+      const std::vector<std::string_view> own = split_words(field.kinds),
+                                          timings{"visualization-first", "steps-first", "concurrent", "accumulator"};
       std::string kinds;
       for (const std::string_view kind : own) kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
       if (field.table == "timing" && own.size() + 1 == timings.size()) {

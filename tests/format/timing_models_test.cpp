@@ -274,8 +274,9 @@ TEST_CASE("A game's loop arrives as it is written: steps first, its step size is
   CHECK(plain->scene.step_rate == Rate{90, 1});
   CHECK(plain->nominal.slot == Duration{11'111'111});
   CHECK(plain->nominal.segment == Duration{16'666'666});
-  const ReadResult all = read_text(game_with(
-      std::string(kGame) + "max_steps = 8\njitter_fix = 0.5\nrefresh_jitter = \"0.1 ms\"\norder = \"visualization-first\"\n"));
+  const ReadResult all = read_text(
+      game_with(std::string(kGame) +
+                "max_steps = 8\njitter_fix = 0.5\nrefresh_jitter = \"0.1 ms\"\norder = \"visualization-first\"\n"));
   REQUIRE(all);
   CHECK(all->timing.programmed.accumulator->max_steps == 8);
   CHECK(all->timing.programmed.accumulator->jitter_fix == Duration{5'555'555});

@@ -54,6 +54,35 @@ TEST_CASE("Written, a segment is its visualization and steps by time and its idl
   CHECK(format_timing_csv({}) == kHeader);
 }
 
+TEST_CASE("A column simulated_ns has each step's own simulation time, and is written where there are any") {
+  const std::string header = "segment,kind,index,begin_ns,end_ns,simulated_ns\n";
+  const std::string rows =
+      "0,visualization,0,0,30,\n1,step,0,30,50,-5\n1,step,1,55,90,15\n1,idle,0,90,100,\n2,step,0,100,110,75\n";
+  const TimingCsv csv = parse_timing_csv(header + rows, "x.csv");
+  REQUIRE(csv);
+  CHECK((*csv)[0].simulated.empty());
+  CHECK((*csv)[1].simulated == std::vector<SimTime>{{-5}, {15}});
+  CHECK((*csv)[1].simulated_at((*csv)[1].steps[1]) == SimTime{15});
+  CHECK_FALSE((*csv)[0].simulated_at(Interval{}));
+  CHECK(format_timing_csv(*csv) == header + rows);
+  CHECK(usual_step_size(*csv) == Duration{60});  // of 20 and 60 the later one; where time was dropped they are rare
+  CHECK(usual_step_size(*parse_timing_csv(kHeader + "0,step,0,0,9\n", "x.csv")) == Duration{});
+}
+
+TEST_CASE("A step without its simulation time, or with one that goes back, is an error with its place") {
+  const std::string header = "segment,kind,index,begin_ns,end_ns,simulated_ns\n";
+  const auto error_of = [&](const std::string& rows) {
+    const TimingCsv csv = parse_timing_csv(header + rows, "x.csv");
+    REQUIRE_FALSE(csv);
+    const Diagnostic& error = csv.error().front();
+    return std::to_string(error.line) + ":" + std::to_string(error.column) + ": " + error.message;
+  };
+  CHECK(error_of("0,step,0,0,9,\n") == "2:14: a step has its own simulation time here, in whole ns");
+  CHECK(error_of("0,step,0,0,9,7\n0,step,1,9,12,6\n") == "3:15: simulation time 6 ns follows 7 ns");
+  CHECK(error_of("0,step,0,0,9,x\n").starts_with("2:14: 'x' is not a whole number"));
+  CHECK(error_of("0,step,0,0,9\n") == "2:1: 5 cells, where a row has 6");
+}
+
 TEST_CASE("What is written reads back: a thousand drawn recordings, visualizations beside the steps or between them") {
   std::mt19937_64 random(1);
   const auto up_to = [&](std::uint64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };

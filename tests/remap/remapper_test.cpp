@@ -262,3 +262,23 @@ TEST_CASE("the times of std::chrono become evenstep's exactly") {
   CHECK(real_time(later - start) == RealTime{2});
   static_assert(!std::is_invocable_v<decltype(duration), std::chrono::duration<double>>);
 }
+
+TEST_CASE("a remapper of a loop that knows its own time reads at its steps' times, and its slots are even") {
+  Remapper<double> remap({.lead = {30'000'000}, .latency = {50'000'000}, .clocked = Clocked{.step_rate = {90, 1}}});
+  for (std::int64_t k = 0; k <= 2'000; ++k) remap.sample(tick_time({1'000, 1}, k), static_cast<double>(k));
+  const std::size_t before = allocations;
+  std::int64_t n = 0;
+  for (std::int64_t frame = 1; frame < 120; ++frame) {  // 60 Hz: one and two steps by turns
+    const RealTime now = tick_time({60, 1}, frame);
+    remap.segment(now);
+    for (; sim_time({90, 1}, n + 1).ns <= now.ns; ++n) {
+      const StepInput<double> step = remap.begin_step(now, sim_time({90, 1}, n));
+      REQUIRE(step.slot.kind == SlotKind::mapped);
+      REQUIRE(step.slot.read == tick_time({90, 1}, n, tick_time({60, 1}, 1)) - Duration{30'000'000});
+      REQUIRE(remap.end_step(now + Duration{100'000}, 0).at == step.slot.read + Duration{50'000'000});
+    }
+  }
+  CHECK(allocations == before);
+  CHECK(remap.counts().late_forces == 0);
+  CHECK(remap.counts().acquiring == 0);
+}

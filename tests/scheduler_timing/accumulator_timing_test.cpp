@@ -141,7 +141,8 @@ TEST_CASE("no frame is ahead of what is due by more than jitter_fix, nor behind 
   }
 }
 
-TEST_CASE("the same seed gives the same frames, and adding jitter_fix leaves the lengths of steps and drawings as they were") {
+TEST_CASE(
+    "the same seed gives the same frames, and adding jitter_fix leaves the lengths of steps and drawings as they were") {
   ProgrammedTiming timing = game({60, 1}, {90, 1});
   timing.step_variation = timing.visualization_variation = 0.2;
   timing.seed = 7;

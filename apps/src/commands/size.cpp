@@ -24,7 +24,7 @@ struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
   std::vector<std::string> what_if, split, budget, pace, own_lane;
-  std::string sampling, emission, damping, rate, confidence, figure, report, timing, seeds;
+  std::string sampling, step_size, emission, damping, rate, confidence, figure, report, timing, seeds;
   PartArguments part;
   bool json = false, other_maps = false, adaptive = false;
   RecordingArguments recording;
@@ -75,6 +75,11 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
     if (!rate) return std::nullopt;
     options.sampling = *rate;
   }
+  if (!arguments.step_size.empty()) {
+    const std::optional<Rate> rate = period_or_rate("--step-size", arguments.step_size);
+    if (!rate) return std::nullopt;
+    options.step_size = *rate;
+  }
   options.other_maps = arguments.other_maps;
   if (arguments.emission == "linear") options.emission = Emission::linear;
   if (!arguments.damping.empty()) {
@@ -97,6 +102,8 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, con
     return {{},
             {},
             {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
+  if (!arguments.step_size.empty())
+    return {{}, {}, {{"--step-size", 0, 0, "belongs to a recording; a scenario says so in [scene] step_size"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
   if (!read) return {{}, {}, read.error()};
   return size_scenario(*read, options);
@@ -111,6 +118,7 @@ std::string again(const SizeArguments& arguments) {
   };
   option("--sampling", arguments.sampling);
   option("--emission", arguments.emission);
+  option("--step-size", arguments.step_size);
   option("--damping", arguments.damping);
   option("--rate", arguments.rate);
   option("--confidence", arguments.confidence);
@@ -181,7 +189,7 @@ std::string seeds_objection(const SizeArguments& arguments) {
     return "--seeds belongs to a scenario (*.toml); a recording has one timing";
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
-                     arguments.adaptive || !recording_words(arguments.recording).empty();
+                     !arguments.step_size.empty() || arguments.adaptive || !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
@@ -259,6 +267,9 @@ void add_size(Commands& commands) {
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
   command.option("--emission", arguments.emission, {"hold", "linear"},
                  "of a recording: how its forces are played, hold (default) or linear");
+  command.option(
+      "--step-size", arguments.step_size,
+      "of a recording: what a step simulates, \"11.1 ms\" or \"90 Hz\": whether steps follow a clock of their own");
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");

@@ -81,7 +81,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       // An event of its own, so that it comes after the sample of the same instant.
       co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
       const RealTime launched = scheduler.now();
-      const Slot slot = steps.begin(launched, pushed.by());  // 3 c: the slot's time
+      const Slot slot = steps.begin(launched, pushed.by(), segment.simulated_at(step));  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
         while (exchange.must_wait(tool, hand)) {
@@ -100,7 +100,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly
       }
-      record.step(scheduler, segment, slot, began, emission, solver);
+      record.step(scheduler, segment, step, slot, began, emission, solver);
     }
     if (pause.after_steps) {
       pushed.end(segment.visualization->end);

@@ -86,8 +86,8 @@ void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Readin
       {n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness, words_.interaction});
 }
 
-void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
-                        const StepEmission& emission, const SolverStep& solver) {
+void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Interval& programmed, const Slot& slot,
+                        RealTime began, const StepEmission& emission, const SolverStep& solver) {
   scheduler.note(static_cast<std::uint64_t>(slot.read.ns));
   scheduler.note(static_cast<std::uint64_t>(emission.at.ns));
   scheduler.note(solver.state_digest);
@@ -102,7 +102,8 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
                            .acquiring = slot.kind == SlotKind::acquiring,
                            .lost = emission.lost,
                            .transport = emission.arrives - scheduler.now(),
-                           .simulated = solver.simulated()});
+                           .simulated = solver.simulated(),
+                           .clock = segment.simulated_at(programmed)});
   for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
     note(scheduler, solver.positions_m[device]);
     note(scheduler, solver.response.force_N[device]);

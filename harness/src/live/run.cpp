@@ -96,8 +96,10 @@ bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed 
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 class LiveTiming final : public StepTiming {
  public:
-  LiveTiming(const LiveRecording& recording, RealTime end)
+  /// `programmed`: what ran is a part of it; the recording does not say what the loop's own time was.
+  LiveTiming(const LiveRecording& recording, RealTime end, std::unique_ptr<StepTiming> programmed)
       : segments_(recording.as_ran()),
+        programmed_(std::move(programmed)),
         left_(recording.as_ran().segments.size()),
         unfinished_(recording.unfinished),
         end_(end) {}
@@ -105,6 +107,9 @@ class LiveTiming final : public StepTiming {
     const SegmentTiming* const ran = segments_.next();
     if (ran == nullptr) return false;
     segment = *ran;
+    while (as_programmed_.index < segment.index && programmed_->next(as_programmed_)) {
+    }
+    if (as_programmed_.index == segment.index) segment.simulated = as_programmed_.simulated;
     if (segment.visualization) {
       const Duration length = segment.visualization->end - segment.visualization->begin;
       RealTime begin = segment.begin;
@@ -120,13 +125,15 @@ class LiveTiming final : public StepTiming {
 
  private:
   RecordedSegments segments_;
+  std::unique_ptr<StepTiming> programmed_;
+  SegmentTiming as_programmed_{.index = -1};
   std::size_t left_;
   std::optional<RealTime> unfinished_;
   RealTime end_;
 };
 
 std::unique_ptr<StepTiming> timing_of(const Scenario& scenario, const LiveRecording& recording) {
-  return std::make_unique<LiveTiming>(recording, RealTime{scenario.run_duration.ns});
+  return std::make_unique<LiveTiming>(recording, RealTime{scenario.run_duration.ns}, make_timing(scenario.timing));
 }
 
 LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {

@@ -14,8 +14,12 @@ const SegmentTiming* RecordedSegments::next() {
   segment_.drawing = {.finishes = row.finishes, .left_out = row.left_out};
   if (row.visualization) segment_.visualization = Interval{(*row.visualization)[0], (*row.visualization)[1]};
   segment_.steps.clear();
-  for (; step_ < record_.steps.size() && record_.steps[step_].segment == row.index; ++step_)
-    segment_.steps.push_back({record_.steps[step_].begin, record_.steps[step_].end});
+  segment_.simulated.clear();
+  for (; step_ < record_.steps.size() && record_.steps[step_].segment == row.index; ++step_) {
+    const StepRow& step = record_.steps[step_];
+    segment_.steps.push_back({step.begin, step.end});
+    if (step.clock) segment_.simulated.push_back(*step.clock);
+  }
   return &segment_;
 }
 
@@ -28,7 +32,9 @@ std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record) {
 }
 
 void write_recorded_timing(const StrategyRecord& record, std::ostream& out) {
-  write_timing_csv(out, [recorded = RecordedSegments(record)]() mutable { return recorded.next(); });
+  const bool has_clock = !record.steps.empty() && record.steps.front().clock.has_value();
+  write_timing_csv(
+      out, [recorded = RecordedSegments(record)]() mutable { return recorded.next(); }, has_clock);
 }
 
 }  // namespace evenstep

@@ -77,6 +77,7 @@ void walk(SlotMap& map, RealTime end, Next next, const VisitSteps& visit) {
     map.boundary(n, segment->begin);
     for (const Interval& step : segment->steps) {
       const Transport way = segment->transport(step);
+      if (const auto t = segment->simulated_at(step)) map.simulated(*t);
       const Slot slot = map.read(n, step.begin);
       map.emission(n, step.end + way.delay);
       if (slot.kind == SlotKind::mapped && step.end < end)
@@ -98,6 +99,7 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, SlotMap& map, const G
     if (pause.before_steps) pushed.end(segment.visualization->end);
     for (const Interval& step : segment.steps) {
       RealTime began = pushed.begin(step.begin);
+      if (const auto t = segment.simulated_at(step)) map.simulated(*t);
       const Slot slot = map.read(n, began, pushed.by());
       const RealTime launched = began;
       for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot, grid));
@@ -130,6 +132,13 @@ LatencyBudget needs_of(const MapSetup& setup, const TimingSpec& timing, Strategy
   RunningNeeds needs(setup.grids, setup.emission, gate.any_phase ? RunningNeeds::Phase::any : RunningNeeds::Phase::this_one);
   walk_timing(setup, timing, kind, &gate, [&](std::span<const MappedStep> steps) { needs.add(steps); });
   return needs.budget();
+}
+
+/// Whether the loop keeps its own simulation time.
+bool keeps_time(const TimingSpec& timing) {
+  const auto has_clock = [](const SegmentTiming& segment) { return !segment.simulated.empty(); };
+  return timing.trace.empty() ? timing.programmed.accumulator.has_value()
+                              : std::any_of(timing.trace.begin(), timing.trace.end(), has_clock);
 }
 
 }  // namespace
@@ -167,6 +176,7 @@ MapSetup map_setup(const Scenario& scenario) {
           .emission = linear ? Emission::linear : Emission::hold,
           .end = RealTime{scenario.run_duration.ns},
           .source_period = scenario.playing.resampler.period,
+          .has_clock = keeps_time(scenario.timing),
           .taps = scenario.playing.resampler.taps};
 }
 

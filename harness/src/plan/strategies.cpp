@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "evenstep/remap/clocked_map.h"
 #include "evenstep/remap/delay_locked_map.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
@@ -150,6 +151,15 @@ std::unique_ptr<SlotMap> absolute_grid_map(const MapSetup& setup, Duration lead,
   return std::make_unique<AbsoluteGridMap>(setup.step_rate, lead, latency);
 }
 
+std::unique_ptr<SlotMap> clocked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  Clocked clock{.step_rate = setup.step_rate};
+  if (setup.remap.dropped_jump) {
+    const double most_ns = *setup.remap.dropped_jump * static_cast<double>(instant_ns(setup.step_rate, 1));
+    clock.most = {std::max<std::int64_t>(static_cast<std::int64_t>(most_ns), 1)};
+  }
+  return std::make_unique<ClockedMap>(clock, lead, latency);
+}
+
 std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
   return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
 }
@@ -193,6 +203,7 @@ const Strategy kStrategies[] = {
     {StrategyKind::chunk_replace, plan_direct, direct_map, link_direct, {"#009e73", 2, ""}},
     {StrategyKind::chunk_append, plan_direct, direct_map, link_direct, {"#cc79a7", 2, "4 2"}},
     {StrategyKind::chunk_blend, plan_direct, direct_map, link_direct, {"#0072b2", 2, "8 3"}},
+    {StrategyKind::clocked, plan_remap, clocked_map, link_remap, {"#009e73", 2, "6 2"}},
 };
 
 }  // namespace

@@ -122,12 +122,26 @@ typedef struct evenstep_remap_counts {
   uint64_t force_inside, force_held, force_extrapolated, force_overruns, force_empty;
 } evenstep_remap_counts;
 
+/* For a loop that knows its own simulation time, such as a game's fixed time step. */
+typedef struct evenstep_remap_clock {
+  uint32_t struct_size; /* set by the caller to sizeof this struct */
+  uint32_t reserved;
+  int64_t steps, seconds; /* so many steps simulate so many seconds: 60 and 1. Each 1 to 1e9 */
+  /* By how much a step may move the slots after the loop has dropped simulated time, 1 to EVENSTEP_REMAP_LONGEST_NS; 0: by
+   * all of it. */
+  int64_t dropped_jump_ns;
+} evenstep_remap_clock;
+
 typedef struct evenstep_remap evenstep_remap;
 
 /* Fills in the defaults; struct_size = sizeof *options. */
 EVENSTEP_REMAP_API int evenstep_remap_options_init(evenstep_remap_options* options, uint32_t struct_size);
 /* *remap is the new handle, or NULL if it was refused. */
 EVENSTEP_REMAP_API int evenstep_remap_create(const evenstep_remap_options* options, evenstep_remap** remap);
+/* The same for a loop that knows its own time: its steps begin with evenstep_remap_begin_step_at, and need no segments;
+ * bandwidth_Hz is not used. */
+EVENSTEP_REMAP_API int evenstep_remap_create_clocked(const evenstep_remap_options* options,
+                                                     const evenstep_remap_clock* clock, evenstep_remap** remap);
 /* NULL is allowed. */
 EVENSTEP_REMAP_API void evenstep_remap_destroy(evenstep_remap* remap);
 
@@ -141,6 +155,10 @@ EVENSTEP_REMAP_API int evenstep_remap_force(evenstep_remap* remap, int64_t now_n
 EVENSTEP_REMAP_API int evenstep_remap_segment(evenstep_remap* remap, int64_t begin_ns);
 EVENSTEP_REMAP_API int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* position,
                                                  evenstep_remap_read* read);
+/* The same with the step's own simulation time from any origin, with what the loop has dropped so far added to it. A handle
+ * of evenstep_remap_create has no use for it. */
+EVENSTEP_REMAP_API int evenstep_remap_begin_step_at(evenstep_remap* remap, int64_t now_ns, int64_t simulated_ns,
+                                                    double* position, evenstep_remap_read* read);
 EVENSTEP_REMAP_API int evenstep_remap_end_step(evenstep_remap* remap, int64_t now_ns, const double* force,
                                                int64_t* emission_ns);
 

@@ -29,7 +29,7 @@ struct evenstep_remap {
   virtual void sample(RealTime now, const double* position) = 0;
   virtual ReadStatus force(RealTime now, double* force) = 0;
   virtual void segment(RealTime begin) = 0;
-  virtual HandAt begin_step(RealTime now, double* position) = 0;
+  virtual HandAt begin_step(RealTime now, std::optional<SimTime> simulated, double* position) = 0;
   virtual RealTime end_step(RealTime now, const double* force) = 0;
   virtual RemapCounts counts() const = 0;
 
@@ -53,8 +53,8 @@ class Sized final : public evenstep_remap {
     return reading.status;
   }
   void segment(RealTime begin) override { remap_.segment(begin); }
-  HandAt begin_step(RealTime now, double* position) override {
-    const auto [slot, hand] = remap_.begin_step(now);
+  HandAt begin_step(RealTime now, std::optional<SimTime> simulated, double* position) override {
+    const auto [slot, hand] = remap_.begin_step(now, simulated);
     std::copy(hand.value.begin(), hand.value.end(), position);
     return {slot, hand.status, hand.newest};
   }
@@ -213,21 +213,46 @@ int evenstep_remap_options_init(evenstep_remap_options* options, uint32_t struct
   return EVENSTEP_REMAP_OK;
 }
 
+namespace {
+
+int create(const char* function, const evenstep_remap_options& options, const std::optional<Clocked>& clock,
+           evenstep_remap** remap) {
+  if (const int code = check(options); code != 0) return code;
+  RemapperOptions all = options_of(options);
+  all.clocked = clock;
+  constexpr auto sizes = std::make_index_sequence<EVENSTEP_REMAP_MOST_COMPONENTS>();
+  try {
+    *remap = make(options.components, all, sizes).release();
+    return EVENSTEP_REMAP_OK;
+  } catch (const std::bad_alloc&) {
+    return refuse(EVENSTEP_REMAP_MEMORY, "%s: not enough memory for rings of %u and %u entries", function,
+                  options.sample_capacity, options.force_capacity);
+  } catch (const std::exception& error) {
+    return refuse(EVENSTEP_REMAP_BROKEN, "%s: %s", function, error.what());
+  }
+}
+
+}  // namespace
+
 int evenstep_remap_create(const evenstep_remap_options* options, evenstep_remap** remap) {
   const Check pointers = Check(__func__).pointer("remap", remap).pointer("options", options);
   if (remap != nullptr) *remap = nullptr;
-  if (pointers.code() != 0) return pointers.code();
-  if (const int code = check(*options); code != 0) return code;
-  constexpr auto sizes = std::make_index_sequence<EVENSTEP_REMAP_MOST_COMPONENTS>();
-  try {
-    *remap = make(options->components, options_of(*options), sizes).release();
-    return EVENSTEP_REMAP_OK;
-  } catch (const std::bad_alloc&) {
-    return refuse(EVENSTEP_REMAP_MEMORY, "%s: not enough memory for rings of %u and %u entries", __func__,
-                  options->sample_capacity, options->force_capacity);
-  } catch (const std::exception& error) {
-    return refuse(EVENSTEP_REMAP_BROKEN, "%s: %s", __func__, error.what());
-  }
+  return pointers.code() != 0 ? pointers.code() : create(__func__, *options, std::nullopt, remap);
+}
+
+int evenstep_remap_create_clocked(const evenstep_remap_options* options, const evenstep_remap_clock* clock,
+                                  evenstep_remap** remap) {
+  Check check = Check(__func__).pointer("remap", remap).pointer("options", options).pointer("clock", clock);
+  if (remap != nullptr) *remap = nullptr;
+  if (check.code() == 0) check.size(clock->struct_size, sizeof *clock);
+  if (check.code() != 0) return check.code();
+  check.range("steps", clock->steps, 1, 1'000'000'000)
+      .range("seconds", clock->seconds, 1, 1'000'000'000)
+      .length("dropped_jump_ns", clock->dropped_jump_ns);
+  if (check.code() != 0) return check.code();
+  Clocked map{.step_rate = {clock->steps, clock->seconds}};
+  if (clock->dropped_jump_ns > 0) map.most = {clock->dropped_jump_ns};
+  return create(__func__, *options, map, remap);
 }
 
 void evenstep_remap_destroy(evenstep_remap* remap) { delete remap; }
@@ -261,8 +286,11 @@ int evenstep_remap_segment(evenstep_remap* remap, int64_t begin_ns) {
   return EVENSTEP_REMAP_OK;
 }
 
-int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* position, evenstep_remap_read* read) {
-  Check check = Check(__func__).pointer("remap", remap).pointer("position", position).time("now_ns", now_ns);
+namespace {
+
+int begin_step(const char* function, evenstep_remap* remap, int64_t now_ns, std::optional<SimTime> simulated,
+               double* position, evenstep_remap_read* read) {
+  Check check = Check(function).pointer("remap", remap).pointer("position", position).time("now_ns", now_ns);
   if (read != nullptr) check.size(read->struct_size, sizeof *read);
   if (check.code() != 0) return check.code();
   check.that(!remap->step_open, EVENSTEP_REMAP_ORDER, "the step before has not ended")
@@ -270,7 +298,7 @@ int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* pos
   if (check.code() != 0) return check.code();
   remap->step_open = true;
   remap->last_step_ns = now_ns;
-  const HandAt hand = remap->begin_step({now_ns}, position);
+  const HandAt hand = remap->begin_step({now_ns}, simulated, position);
   if (read != nullptr)
     *read = {.struct_size = sizeof *read,
              .status = static_cast<uint32_t>(hand.status),
@@ -279,6 +307,19 @@ int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* pos
              .has_slot = hand.slot.kind == SlotKind::mapped ? 1U : 0U,
              .reserved = 0};
   return EVENSTEP_REMAP_OK;
+}
+
+}  // namespace
+
+int evenstep_remap_begin_step(evenstep_remap* remap, int64_t now_ns, double* position, evenstep_remap_read* read) {
+  return begin_step(__func__, remap, now_ns, std::nullopt, position, read);
+}
+
+int evenstep_remap_begin_step_at(evenstep_remap* remap, int64_t now_ns, int64_t simulated_ns, double* position,
+                                 evenstep_remap_read* read) {
+  const Check check = Check(__func__).time("simulated_ns", simulated_ns);
+  if (check.code() != 0) return check.code();
+  return begin_step(__func__, remap, now_ns, SimTime{simulated_ns}, position, read);
 }
 
 int evenstep_remap_end_step(evenstep_remap* remap, int64_t now_ns, const double* force, int64_t* emission_ns) {

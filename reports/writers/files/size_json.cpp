@@ -174,6 +174,13 @@ std::string size_json(const SizeRecord& record) {
   }
   if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);
+  if (const auto& clock = record.clock)
+    out["clock"] = {{"step_ns", clock->step.ns},
+                    {"follows", clock->follows},
+                    {"range_steps", json_number(clock->range_steps)},
+                    {"dropped_steps", clock->dropped},
+                    {"drops", clock->drops},
+                    {"simulated_per_real", json_number(clock->simulated_per_real)}};
   return json_text(out) + '\n';
 }
 

@@ -109,6 +109,19 @@ std::string culprits(const SizeRecord& record) {
   return out;
 }
 
+std::string clock_text(const SizeClock& clock) {
+  const std::string step = fmt::format("{:.6f} ms a step", ms(clock.step));
+  if (!clock.follows)
+    return fmt::format(
+        "\n  Clock: the steps follow none of {}: frames are up to {:.4g} steps apart from it, and {:.4g} s are "
+        "simulated\n  per second. `clocked` is left out.\n",
+        step, clock.range_steps, clock.simulated_per_real);
+  std::string out =
+      fmt::format("\n  Clock: the steps follow their own, {}, to within {:.3g} steps", step, clock.range_steps);
+  if (clock.dropped > 0) out += fmt::format("; {} steps were dropped, in {} places", clock.dropped, clock.drops);
+  return out + ".\n";
+}
+
 std::string cycle_text(const SizeRecord& record) {
   const SizeCycle& cycle = *record.cycle;
   if (!cycle.found)
@@ -157,8 +170,8 @@ std::string size_rates_text(const SizeRecord& record) {
 
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
-         internal::conclusion_text(record);
+         (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
+         internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record);
 }
 
 }  // namespace evenstep

@@ -343,6 +343,7 @@ TEST_CASE("the structs of the C header keep their layout, and the library its ve
                 offsetof(evenstep_remap_options, sample_window_ns) == 48 &&
                 offsetof(evenstep_remap_options, adapt_slew_ppm) == 120);
   static_assert(sizeof(evenstep_remap_read) == 32 && offsetof(evenstep_remap_read, has_slot) == 24);
+  static_assert(sizeof(evenstep_remap_clock) == 32 && offsetof(evenstep_remap_clock, dropped_jump_ns) == 24);
   static_assert(sizeof(evenstep_remap_counts) == 120 && offsetof(evenstep_remap_counts, force_empty) == 112);
 }
 
@@ -358,4 +359,44 @@ TEST_CASE("a first segment of 60 years does not carry the slots out of time") {
   REQUIRE(evenstep_remap_segment(handle, EVENSTEP_REMAP_FURTHEST_NS) == EVENSTEP_REMAP_OK);
   for (int n = 0; n < 1'000; ++n) step(EVENSTEP_REMAP_FURTHEST_NS);  // each slot is a tenth of the pace after the one before
   CHECK(counts_of(handle).steps == 1'001);
+}
+
+TEST_CASE("a handle of a loop with its own time has the slots of the C++ Remapper, dropped time and all") {
+  const Clocked same{{90, 1}, {700'000}};
+  evenstep_remap_clock clock{
+      .struct_size = sizeof clock, .reserved = 0, .steps = 90, .seconds = 1, .dropped_jump_ns = 700'000};
+  const evenstep_remap_options options = defaults();
+  evenstep_remap* remap = nullptr;
+  REQUIRE(evenstep_remap_create_clocked(&options, &clock, &remap) == EVENSTEP_REMAP_OK);
+  Remapper<std::array<double, 3>> expected({.clocked = same});
+  evenstep_remap_read read{};
+  read.struct_size = sizeof read;
+  double value[3] = {};
+  for (std::int64_t n = 0; n < 300; ++n) {
+    const std::int64_t at = n * 12'000'000, t = sim_time({90, 1}, n + n / 50).ns;  // a step is dropped now and then
+    REQUIRE(evenstep_remap_begin_step_at(remap, at, t, value, &read) == EVENSTEP_REMAP_OK);
+    CHECK(read.has_slot == 1);
+    CHECK(read.read_ns == expected.begin_step({at}, SimTime{t}).slot.read.ns);
+    std::int64_t emission = 0;
+    REQUIRE(evenstep_remap_end_step(remap, at, value, &emission) == EVENSTEP_REMAP_OK);
+    CHECK(emission == expected.end_step({at}, {}).at.ns);
+  }
+  evenstep_remap_destroy(remap);
+
+  const auto refused = [&](std::int64_t& field, std::int64_t wrong, const char* error) {
+    const std::int64_t right = std::exchange(field, wrong);
+    CHECK(evenstep_remap_create_clocked(&options, &clock, &remap) == EVENSTEP_REMAP_INVALID);
+    CHECK(remap == nullptr);
+    CHECK(std::string(evenstep_remap_last_error()) == std::string("evenstep_remap_create_clocked: ") + error);
+    field = right;
+  };
+  refused(clock.steps, 0, "steps is 0, not in 1 to 1000000000");
+  refused(clock.seconds, 0, "seconds is 0, not in 1 to 1000000000");
+  refused(clock.dropped_jump_ns, -1, "dropped_jump_ns is -1, not in 0 to 1000000000000000");
+  CHECK(evenstep_remap_create_clocked(&options, nullptr, &remap) == EVENSTEP_REMAP_INVALID);
+  clock.struct_size = 8;
+  CHECK(evenstep_remap_create_clocked(&options, &clock, &remap) == EVENSTEP_REMAP_ABI_SIZE);
+  const Handle plain;
+  CHECK(evenstep_remap_begin_step_at(plain, 0, INT64_MAX, value, nullptr) == EVENSTEP_REMAP_INVALID);
+  CHECK(evenstep_remap_begin_step_at(plain, 0, 0, value, nullptr) == EVENSTEP_REMAP_OK);
 }

@@ -44,7 +44,7 @@ TimingShape::TimingShape(const Scenario& scenario) {
       std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.concurrent || s.overlaps(); });
   const ProgrammedTiming& programmed = scenario.timing.programmed;
   if (scenario.timing.trace.empty() && !scenario.timing.governor &&
-      (programmed.paced || (!lanes_ && is_periodic(programmed))))
+      !programmed.accumulator && (programmed.paced || (!lanes_ && is_periodic(programmed))))
     grid_ = programmed.segment;
   measure(segments);
   set_nominal(scenario);

@@ -10,6 +10,7 @@
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_cycle.h"
@@ -19,6 +20,7 @@
 #include "evenstep/reports/rate_bound.h"
 #include "hitches.h"
 #include "mend.h"
+#include "own_clock.h"
 #include "rate.h"
 #include "what_if_rows.h"
 
@@ -422,6 +424,7 @@ std::vector<StrategyKind> internal::maps_to_size(const MapSetup& setup, bool oth
   std::vector<StrategyKind> maps;
   for (const StrategyTraits& traits : kAllStrategies) {
     if (!traits.remaps || (traits.kind == StrategyKind::foreign && !setup.remap.foreign)) continue;
+    if (traits.kind == StrategyKind::clocked && !setup.has_clock) continue;
     if (!traits.for_comparison || other_maps) maps.push_back(traits.kind);
   }
   return maps;
@@ -487,6 +490,12 @@ SizeResult size_input(std::vector<SegmentTiming> segments, const std::string& na
   input.setup.grids.push_back({options.sampling, RealTime{}});
   input.setup.emission = options.emission;
   input.setup.step_rate = mean_rate(input.segments);
+  if (options.step_size || internal::has_clock(input.segments)) {
+    input.setup.step_rate =
+        options.step_size.value_or(Rate{1'000'000'000, std::max<std::int64_t>(usual_step_size(input.segments).ns, 1)});
+    record.clock = internal::follow_clock(input.segments, input.setup.step_rate);
+    input.setup.has_clock = record.clock->follows;
+  }
   for (const SegmentTiming& segment : input.segments)  // a step may end after the segment that follows its own
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);

@@ -29,6 +29,7 @@ struct MapSetup {
   Emission emission = Emission::linear;  ///< linear if any device interpolates, because that needs more latency
   RealTime end;                          ///< steps that end later do not count
   Duration source_period = {};           ///< the nominal slot
+  bool has_clock = false;                ///< the loop keeps its own simulation time
   int taps = 1;                          ///< how many forces `polyphase` needs on each side
 };
 /// How much more latency this strategy needs than its map, for devices with this emission: `polyphase` needs the forces that

@@ -61,7 +61,11 @@ class RemapSteps {
   explicit RemapSteps(SlotMap& map) : map_(map) {}
 
   void segment(RealTime begin) { map_.boundary(number_, begin); }
-  Slot begin(RealTime began, Duration postponed = {}) { return slot_ = map_.read(number_, began, postponed); }
+  /// `simulated`: t(n), if the loop knows it.
+  Slot begin(RealTime began, Duration postponed = {}, std::optional<SimTime> simulated = {}) {
+    if (simulated) map_.simulated(*simulated);
+    return slot_ = map_.read(number_, began, postponed);
+  }
   /// `ended`: with a source, when the force is at the device.
   StepEmission end(RealTime ended, Duration postponed = {}, bool lost = false) {
     const RealTime at = map_.emission(number_++, ended, postponed);

@@ -20,7 +20,9 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <variant>
 
+#include "evenstep/remap/clocked_map.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/remap_steps.h"
@@ -36,6 +38,9 @@ struct RemapperOptions {
   std::optional<AdaptiveLatencyOptions> adapt = {};
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
+  /// For a loop that knows its own simulation time and hands it to begin_step: its map is a ClockedMap, and bandwidth_Hz is
+  /// not used.
+  std::optional<Clocked> clocked = {};
   /// Underrun policies; the capacities must be enough for their windows too.
   Extrapolation past_newest_sample = kHoldNewest;
   Extrapolation past_newest_force = kHoldNewest;
@@ -112,7 +117,7 @@ class Remapper {
   explicit Remapper(const RemapperOptions& options)
       : hand_(options.interaction_capacity, options.past_newest_sample),
         forces_(options.force_capacity, options.emission, options.past_newest_force),
-        map_(options.lead, latency_of(options), options.bandwidth_Hz),
+        map_(map_of(options)),
         hand_reads_(options.past_newest_sample),
         force_reads_(options.past_newest_force) {}
   Remapper(const Remapper&) = delete;
@@ -128,8 +133,9 @@ class Remapper {
 
   // Simulation thread. begin_step and end_step alternate.
   void segment(RealTime begin) { steps_.segment(begin); }
-  StepInput<Position> begin_step(RealTime now) {
-    const Slot slot = steps_.begin(now);
+  /// `simulated`: t(n), for `clocked`; a step without it follows the one before by a step size.
+  StepInput<Position> begin_step(RealTime now, std::optional<SimTime> simulated = {}) {
+    const Slot slot = steps_.begin(now, {}, simulated);
     const Reading<Position> hand = hand_.hand(slot, hand_.head());
     begun_.add(1);
     if (slot.kind == SlotKind::mapped) {
@@ -168,10 +174,16 @@ class Remapper {
     return AdaptiveLatency(adapt);
   }
 
+  using Map = std::variant<PhaseLockedMap, ClockedMap>;  // in place: nothing is allocated for it
+  static Map map_of(const RemapperOptions& options) {
+    if (options.clocked) return Map(std::in_place_type<ClockedMap>, *options.clocked, options.lead, latency_of(options));
+    return Map(std::in_place_type<PhaseLockedMap>, options.lead, latency_of(options), options.bandwidth_Hz);
+  }
+
   SampleBuffer<Position> hand_;
   ForceSchedule<Force> forces_;
-  PhaseLockedMap map_;
-  RemapSteps steps_{map_};
+  Map map_;
+  RemapSteps steps_{std::visit([](auto& map) -> SlotMap& { return map; }, map_)};
   internal::Shared begun_, acquiring_, late_forces_, latest_force_ns_;  // written by the simulation thread
   internal::ReadCounter hand_reads_;                                    // by the simulation thread
   internal::ReadCounter force_reads_;                                   // by the device thread

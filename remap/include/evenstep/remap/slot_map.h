@@ -44,6 +44,8 @@ class SlotMap {
 
   /// A segment begins: the next step to run is n, and its segment began at `begin`. n and `begin` never decrease.
   virtual void boundary(std::int64_t n, RealTime begin) = 0;
+  /// Before read(n): the step's own simulation time t(n), of a loop that knows it. Most maps have no use for it.
+  virtual void simulated(SimTime /*t*/) {}
 
   /// R(n) for the step about to run, which really began at `began`. Steps count from 0. For every n, read(n) and then
   /// emission(n) must be called once each; any other order fails an assertion. `postponed`: by how much a gate has pushed

@@ -32,9 +32,10 @@ struct StepRow {
   RealTime line_from;   ///< with linear emission the line to this force begins here: StepEmission::line_from
   bool mapped = false;  ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  bool lost = false;   ///< with a source: its force never came to the device
-  Duration transport;  ///< with a source: how long after E_n its force was at the device
-  SimTime simulated;   ///< simulation time of the step; used only if StrategyRecord::variable_step
+  bool lost = false;                  ///< with a source: its force never came to the device
+  Duration transport;                 ///< with a source: how long after E_n its force was at the device
+  SimTime simulated;                  ///< simulation time of the step; used only if StrategyRecord::variable_step
+  std::optional<SimTime> clock = {};  ///< t(n) of a loop that keeps its own time: SegmentTiming::simulated
 };
 
 /// One device's part of a step (same index as StepRow).

@@ -15,7 +15,8 @@ namespace {
 using internal::CsvRows;
 
 constexpr std::string_view kHeader = "segment,kind,index,begin_ns,end_ns";
-enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
+constexpr std::string_view kClockedHeader = "segment,kind,index,begin_ns,end_ns,simulated_ns";
+enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd, kSimulated };
 constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit for every time that a user gives
 /// A clock may have its zero anywhere, also within the recording. So far either way (127 years) no difference of two times
 /// overflows.
@@ -26,6 +27,7 @@ struct Row {
   std::int64_t segment = 0, index = 0;
   std::string_view kind;
   Interval interval;
+  std::optional<SimTime> simulated;
 };
 
 /// The state of reading: what the rows so far have said.
@@ -36,6 +38,7 @@ struct State {
   bool only_idle = true;                          ///< so far in the open segment
   bool is_given = false;                          ///< a row says where the open segment begins and ends
   RealTime last_step_end{-kFurthest_ns}, last_visualization_end{-kFurthest_ns};
+  SimTime last_simulated{-kFurthest_ns};
 };
 
 bool take_interval(CsvRows& rows, Interval& interval) {
@@ -48,16 +51,20 @@ bool read_interval(CsvRows& rows, std::size_t begin, Interval& interval) {
          rows.whole(begin + 1, interval.end.ns, -kFurthest_ns, kFurthest_ns);
 }
 
-bool read_cells(CsvRows& rows, Row& row) {
-  if (!rows.split(5)) return false;
+bool read_cells(CsvRows& rows, Row& row, bool clocked) {
+  if (!rows.split(clocked ? 6 : 5)) return false;
   row.kind = rows.cell(kKind);
+  row.simulated.reset();
+  if (clocked && !rows.cell(kSimulated).empty() &&
+      !rows.whole(kSimulated, row.simulated.emplace().ns, -kFurthest_ns, kFurthest_ns))
+    return false;
   return rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && read_interval(rows, kBegin, row.interval);
 }
 
-bool read_row(CsvRows& rows, Row& row) {
-  const bool quickly = rows.take_whole(row.segment) && rows.take_word(row.kind) && rows.take_whole(row.index) &&
+bool read_row(CsvRows& rows, Row& row, bool clocked) {
+  const bool quickly = !clocked && rows.take_whole(row.segment) && rows.take_word(row.kind) && rows.take_whole(row.index) &&
                        take_interval(rows, row.interval);
-  if (!quickly && !read_cells(rows, row)) return false;
+  if (!quickly && !read_cells(rows, row, clocked)) return false;
   if (row.interval.end >= row.interval.begin) return true;
   rows.error(kEnd, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
   return false;
@@ -110,7 +117,17 @@ void widen(SegmentTiming& segment, const Interval& interval, State& state) {
   state.only_idle = false;
 }
 
-void add_row(CsvRows& rows, const Row& row, State& state) {
+bool add_simulated(CsvRows& rows, const Row& row, State& state) {
+  if (!row.simulated) return rows.error(kSimulated, "a step has its own simulation time here, in whole ns"), false;
+  if (*row.simulated < state.last_simulated) {
+    rows.error(kSimulated, fmt::format("simulation time {} ns follows {} ns", row.simulated->ns, state.last_simulated.ns));
+    return false;
+  }
+  state.segments.back().simulated.push_back(state.last_simulated = *row.simulated);
+  return true;
+}
+
+void add_row(CsvRows& rows, const Row& row, State& state, bool clocked) {
   const bool is_first = row.segment != state.number;
   if (!open_segment(rows, row, state)) return;
   SegmentTiming& segment = state.segments.back();
@@ -126,6 +143,7 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     if (!not_before(rows, kBegin, row.interval, state.last_step_end, "step")) return;
     segment.steps.push_back(row.interval);
     widen(segment, row.interval, state);
+    if (clocked && !add_simulated(rows, row, state)) return;
   } else if (row.kind == "idle") {
     if (!increasing(rows, row.index, state.idle_index)) return;
   } else if (row.kind == "visualization") {
@@ -195,11 +213,12 @@ void read_rows(CsvRows& rows, bool steps_too, std::vector<SegmentTiming>& segmen
     rows.header(kStepsHeader);
     return read_steps(rows, segments);
   }
-  if (!rows.header(kHeader)) return;
+  const bool clocked = rows.begins_with(kClockedHeader);
+  if (!rows.header(clocked ? kClockedHeader : kHeader)) return;
   State state{segments};
   Row row;
   while (rows.next()) {
-    if (read_row(rows, row)) add_row(rows, row, state);
+    if (read_row(rows, row, clocked)) add_row(rows, row, state, clocked);
   }
 }
 
@@ -242,10 +261,13 @@ TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name
 TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
 TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
 
-void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next) {
-  out << kHeader << '\n';
-  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
-    out << fmt::format("{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
+void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next, bool with_simulated) {
+  out << (with_simulated ? kClockedHeader : kHeader) << '\n';
+  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end,
+                       std::optional<SimTime> simulated = {}) {
+    out << fmt::format("{},{},{},{},{}", segment, kind, index, begin.ns, end.ns);
+    if (with_simulated) out << (simulated ? fmt::format(",{}", simulated->ns) : ",");
+    out << '\n';
   };
   while (const SegmentTiming* at = next()) {
     const SegmentTiming& segment = *at;
@@ -262,7 +284,7 @@ void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming
         show();
         shown = true;
       }
-      row(segment.index, "step", i, step.begin, step.end);
+      row(segment.index, "step", i, step.begin, step.end, segment.simulated_at(step));
       busy = std::max(busy, step.end);
     }
     if (!shown) show();
@@ -270,10 +292,28 @@ void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming
   }
 }
 
+Duration usual_step_size(const std::vector<SegmentTiming>& segments) {
+  std::vector<std::int64_t> sizes;
+  std::optional<SimTime> before;
+  for (const SegmentTiming& segment : segments) {
+    for (const SimTime t : segment.simulated) {
+      if (before) sizes.push_back(t.ns - before->ns);
+      before = t;
+    }
+  }
+  if (sizes.empty()) return {};
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return {*middle};
+}
+
 std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
   std::ostringstream csv;
   std::size_t at = 0;
-  write_timing_csv(csv, [&] { return at < segments.size() ? &segments[at++] : nullptr; });
+  const auto has_clock = [](const SegmentTiming& segment) { return !segment.simulated.empty(); };
+  write_timing_csv(
+      csv, [&] { return at < segments.size() ? &segments[at++] : nullptr; },
+      std::any_of(segments.begin(), segments.end(), has_clock));
   return std::move(csv).str();
 }
 

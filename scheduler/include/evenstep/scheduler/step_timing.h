@@ -45,8 +45,8 @@ struct SegmentTiming {
   bool concurrent = false;                ///< programmed as concurrent: overlaps() even if no step here meets it
   DrawingPart drawing;                    ///< without a visualization only `left_out` has a meaning
   std::vector<Transport> transports;      ///< one per step; empty: every result is there as soon as its step ends
-  /// t(n), one per step: where the loop's own simulation time stands when the step begins. Time that the loop drops is passed
-  /// over: t is then by so much more than a step size after the t before. Empty: the loop keeps no such time.
+  /// t(n), one per step: where the loop's own simulation time stands when the step begins. Time that the loop drops is
+  /// passed over: t is then by so much more than a step size after the t before. Empty: the loop keeps no such time.
   std::vector<SimTime> simulated;
 
   /// Whether the visualization runs beside the steps, in a lane of its own, and not before or after them: it has more than
@@ -139,10 +139,10 @@ struct TimingChange {
 /// A loop with a fixed time step that keeps up with real time ("Fix your timestep!", Glenn Fiedler, 2004,
 /// gafferongames.com/post/fix_your_timestep): each frame runs the steps that have become due since the last one.
 struct Accumulator {
-  Rate step_rate{60, 1};            ///< 1 / dt, dt the step size
-  std::optional<int> max_steps;     ///< per frame; the simulated time of those beyond it is dropped; empty: no limit
-  Duration jitter_fix;              ///< at most dt: how far N may be from what is due, so that it is as in frames before
-  Duration refresh_jitter;          ///< paced: a frame begins later than its refresh by a time drawn evenly from [0, this]
+  Rate step_rate{60, 1};         ///< 1 / dt, dt the step size
+  std::optional<int> max_steps;  ///< per frame; the simulated time of those beyond it is dropped; empty: no limit
+  Duration jitter_fix;           ///< at most dt: how far N may be from what is due, so that it is as in frames before
+  Duration refresh_jitter;       ///< paced: a frame begins later than its refresh by a time drawn evenly from [0, this]
 };
 
 /// The table [timing] of a scenario without a trace. The schedule depends on nothing but the fields below.
@@ -166,8 +166,8 @@ struct ProgrammedTiming {
   double merged_visualization = 0;
   std::vector<TimingChange> changes;  ///< `at` strictly increasing
   bool paced = false;
-  WakeUp wake = WakeUp::catch_up;  ///< paced; other than catch_up only with the visualization first
-  double slowdown = 1;             ///< concurrent: factor on a step that begins while a visualization runs
+  WakeUp wake = WakeUp::catch_up;          ///< paced; other than catch_up only with the visualization first
+  double slowdown = 1;                     ///< concurrent: factor on a step that begins while a visualization runs
   std::optional<Accumulator> accumulator;  ///< if given, N follows from it; `steps` and `wake` are not used
   std::uint64_t seed = 1;
 };
@@ -199,7 +199,8 @@ struct ProgrammedTiming {
 ///   steps per segment on average. (If it is paced and the phase of the steps relative to V is spread evenly, the steps that
 ///   straddle an end of V reduce N by (slowdown - 1)^2 / (2 slowdown): 0.08 at 1.5.)
 ///
-/// Accumulator: a segment is a frame. It begins at B_k, and its N steps are those that are due then, N = 0 included; steps and
+/// Accumulator: a segment is a frame. It begins at B_k, and its N steps are those that are due then, N = 0 included; steps
+/// and
 ///   visualization take turns in either order.
 ///     m_k = steps run or dropped before frame k,   N = floor(B_k / dt) - m_k,   t(n) = floor(m dt), m that of step n
 ///   with multiples of dt rounded down to ns, as all times are.

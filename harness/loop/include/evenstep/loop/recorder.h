@@ -74,7 +74,7 @@ class StepRecorder {
   }
   /// Step n has read `hand`, after having waited for it for `waited` (policy `gate`).
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
-  void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
+  void step(Scheduler& scheduler, const SegmentTiming& segment, const Interval& programmed, const Slot& slot, RealTime began,
             const StepEmission& emission, const SolverStep& solver);
   /// From now on every step that it records is also put into `to`.
   void show(SeenRing<SeenStep>& to) { watch_ = &to; }

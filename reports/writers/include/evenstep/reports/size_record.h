@@ -139,6 +139,16 @@ struct SizeWhatIf {
   double simulated_against_real = 1, segments_lost = 0;
 };
 
+/// Whether the steps follow a clock of their own, for a given step size (evenstep size --step-size), or for the t(n) that a
+/// recording has.
+struct SizeClock {
+  Duration step;                        ///< step size
+  bool follows = false;                 ///< false: the map `clocked` makes no sense and is left out
+  double range_steps = 0;               ///< how far frames are from the clock, most minus least, in steps
+  std::int64_t dropped = 0, drops = 0;  ///< whole steps that seem to have been dropped, and in how many places
+  double simulated_per_real = 0;        ///< simulated time of all steps per real time
+};
+
 struct SizeRecord {
   std::string input;          ///< file
   std::string trace;          ///< file with these segments; empty: none, or a scenario has it
@@ -163,6 +173,7 @@ struct SizeRecord {
   std::vector<SizeHitches> hitches;  ///< in order of the longest excess
   std::vector<SizeWhatIf> what_ifs;  ///< empty if nobody asked
   std::optional<SizeCycle> cycle;    ///< for a list of steps without segments
+  std::optional<SizeClock> clock;    ///< if the recording has one, or a step size was given
 };
 
 const char* name_of(SizeHitches::What what);

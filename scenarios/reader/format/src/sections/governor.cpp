@@ -14,9 +14,11 @@ constexpr Duration kShortestPace{10'000}, kLongestPace{9'000'000'000};  // as a 
 /// Adds an error if no drawing makes a pause that could be shorter.
 void check_pauses(ScenarioReading& reading, const Table& governor) {
   const TimingSpec& timing = reading.scenario.timing;
-  if (timing.programmed.accumulator)
-    reading.errors.add(governor.place("split"), "'governor': it would move the frames of loop = \"accumulator\", whose steps "
-                                                "are those due when they begin; remove it");
+  const auto has_clock = [](const SegmentTiming& segment) { return !segment.simulated.empty(); };
+  if (timing.programmed.accumulator || std::any_of(timing.trace.begin(), timing.trace.end(), has_clock))
+    reading.errors.add(governor.place("split"),
+                       "'governor': it would move frames whose steps are those that are due when they "
+                       "begin; remove it");
   const auto overlaps = [](const SegmentTiming& segment) { return segment.overlaps(); };
   const bool beside = timing.trace.empty() ? timing.programmed.order == SegmentOrder::concurrent
                                            : std::any_of(timing.trace.begin(), timing.trace.end(), overlaps);

@@ -6,6 +6,7 @@
 
 #include "evenstep/format/load.h"
 #include "evenstep/recordings/recording.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/text/rational.h"
 
 namespace evenstep::internal {
@@ -30,6 +31,10 @@ void set_nominal_of_trace(Scenario& scenario) {
   scenario.nominal.step_run_time = {step_ns / steps};
   scenario.nominal.known = true;
   scenario.scene.step_rate = reduced_rate(__int128{steps} * 1'000'000'000, end_ns);
+  if (const Duration size = usual_step_size(trace); size.ns > 0) {
+    scenario.scene.step_rate = reduced_rate(1'000'000'000, size.ns);
+    scenario.nominal.slot = size;
+  }
 }
 
 /// What the names of a profiler's file are. Adds an error if they cannot be used.
@@ -84,6 +89,7 @@ void repeat(std::vector<SegmentTiming>& trace, std::int64_t times, const Place& 
       if (segment.visualization)
         segment.visualization = Interval{segment.visualization->begin + by, segment.visualization->end + by};
       for (Interval& step : segment.steps) step = {step.begin + by, step.end + by};
+      for (SimTime& t : segment.simulated) t.ns += by.ns;
       trace.push_back(std::move(segment));
     }
   }

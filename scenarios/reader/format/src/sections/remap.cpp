@@ -94,8 +94,8 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
   if (std::none_of(strategies.begin(), strategies.end(), is_remap)) {
     reading.errors.add(remap.place("latency"),
-                       "'latency': only paper and phase_locked have one that can adapt, and [run] "
-                       "strategies names neither; add one, or give a duration");
+                       "'latency': only strategies that map have one that can adapt, and [run] "
+                       "strategies names none; add phase_locked, or give a duration");
   }
   for (const DeviceSpec& device : reading.scenario.devices) {
     const auto* local = std::get_if<LocalRender>(&device.render);
@@ -144,6 +144,13 @@ void read_remap(ScenarioReading& reading) {
   spec.lead = budget("lead");
   read_adapt(reading, remap);
   spec.predict_window = remap.span("predict_window", reading.scenario.nominal, reading.errors);
+  if (remap.text("dropped") == "jump")
+    spec.dropped_jump.reset();
+  else
+    spec.dropped_jump = remap.number("dropped_jump");
+  if (remap.has("dropped_jump") && !spec.dropped_jump)
+    reading.errors.add(remap.place("dropped_jump"),
+                       "'dropped_jump' is about dropped = \"slew\"; remove it, or write dropped = \"slew\"");
   read_underrun(reading, remap.table("underrun"));
   read_filter(reading, remap.table("filter"));
   read_foreign_map(reading, remap);
@@ -172,6 +179,13 @@ const std::vector<Field>& remap_fields() {
            "How far before its slot a step reads the hand, or after it if negative; `minimal` as for `latency`, and it "
            "may be negative too.",
        .words = "minimal|minimal-this-phase", .range = between(-kLongestRun_s, kLongestRun_s)},
+      {.table = "remap", .key = "dropped", .forms = kWord, .default_toml = "\"slew\"",
+       .meaning = "What strategy `clocked` does where the loop dropped simulated time: `slew`: slots move by at most "
+                  "`dropped_jump` per step until they are there. `jump`: at once.",
+       .words = "slew|jump"},
+      {.table = "remap", .key = "dropped_jump", .forms = kNumber, .default_toml = "0.07",
+       .meaning = "In step sizes.",
+       .range = between(0.001, 0.9)},
       {.table = "remap", .key = "underrun", .forms = kTable, .meaning = "What is used when data is missing."},
       {.table = "remap", .key = "predict_window", .forms = kSpan, .default_toml = "\"8 ms\"",
        .meaning = "Strategy `predict` takes the hand's velocity from this much of the past.",

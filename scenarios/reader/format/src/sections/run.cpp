@@ -119,7 +119,7 @@ const std::vector<Field>& run_fields() {
       {.table = "run", .key = "live", .forms = kWord, .default_toml = "\"phase_locked\"",
        .meaning = "The strategy that drives the device on a wall clock. (Not `ideal`: it would have to know the hand's "
                   "motion beforehand.)",
-       .words = "direct|paper|phase_locked"},
+       .words = "direct|paper|phase_locked|clocked"},
       {.table = "run", .key = "keep", .forms = kWord, .default_toml = "\"all\"",
        .meaning = "`summary`: series.csv has the bins only and there is no events.bin: for runs of many minutes.",
        .words = "all|summary"},

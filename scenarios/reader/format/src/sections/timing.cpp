@@ -281,9 +281,10 @@ void check_load(const Table& timing, const ProgrammedTiming& programmed, Errors&
   const auto falls_behind = [&](const Place& place) {
     const double step_ns = mean_timing(changed).step_ns, size_ns = 1e9 / in_Hz(loop.step_rate);
     if (step_ns < size_ns) return false;
-    errors.add(place, fmt::format("'step': a step takes {:.6g} ms on average and simulates {:.6g} ms, so each frame has more "
-                                  "steps than the one before; make it shorter, the step_size longer, or write max_steps = 8",
-                                  step_ns * 1e-6, size_ns * 1e-6));
+    errors.add(place,
+               fmt::format("'step': a step takes {:.6g} ms on average and simulates {:.6g} ms, so each frame has more "
+                           "steps than the one before; make it shorter, the step_size longer, or write max_steps = 8",
+                           step_ns * 1e-6, size_ns * 1e-6));
     return true;
   };
   if (falls_behind(timing.place("step"))) return;
@@ -307,7 +308,8 @@ void check_frames_take_time(const Table& timing, const ProgrammedTiming& program
   if (programmed.dropped_visualization > 0) return refuse(timing.place("dropped_visualization"), "dropped_visualization");
   const std::vector<Table> entries = timing.tables("changes");
   for (std::size_t i = 0; i < programmed.changes.size(); ++i) {
-    if (programmed.changes[i].visualization == Duration{0}) return refuse(entries[i].place("visualization"), "visualization");
+    if (programmed.changes[i].visualization == Duration{0})
+      return refuse(entries[i].place("visualization"), "visualization");
   }
 }
 
@@ -321,8 +323,9 @@ void read_accumulator(ScenarioReading& reading, const Table& timing) {
   Accumulator& loop = programmed.accumulator.emplace();
   loop.step_rate = read_step_rate(scene, {0, 1});
   if (loop.step_rate.num == 0)
-    return errors.add(scene.place("step_size"), "[scene] has no 'step_size', which loop = \"accumulator\" needs to know when "
-                                                "a step is due; write step_size = \"60 Hz\"");
+    return errors.add(scene.place("step_size"),
+                      "[scene] has no 'step_size', which loop = \"accumulator\" needs to know when "
+                      "a step is due; write step_size = \"60 Hz\"");
   const Duration size{instant_ns(loop.step_rate, 1)};
   if (timing.has("max_steps")) loop.max_steps = static_cast<int>(timing.integer("max_steps"));
   loop.jitter_fix = {static_cast<std::int64_t>(timing.number("jitter_fix") * static_cast<double>(size.ns))};
@@ -333,8 +336,9 @@ void read_accumulator(ScenarioReading& reading, const Table& timing) {
   if (programmed.paced && !read_segment(timing, shares, errors)) return;
   if (programmed.paced) programmed.segment = shares.segment;
   if (timing.has("refresh_jitter") && (!programmed.paced || loop.refresh_jitter >= shares.segment_length()))
-    errors.add(timing.place("refresh_jitter"), "'refresh_jitter' delays the frames that wait for a 'segment', by less than its "
-                                               "length; write segment = \"60 Hz\", or a shorter time");
+    errors.add(timing.place("refresh_jitter"),
+               "'refresh_jitter' delays the frames that wait for a 'segment', by less than its "
+               "length; write segment = \"60 Hz\", or a shorter time");
   read_timing_models(timing, programmed, errors);
   check_frames_take_time(timing, programmed, errors);
   check_load(timing, programmed, errors);
@@ -441,12 +445,11 @@ const std::vector<Field>& timing_fields() {
        .meaning = "Run time s of a step, the mean where it varies.",
        .kinds = kAccumulator, .required = true, .range = above(0, kLongestRun_s), .example = "\"1 ms\""},
       {.table = "timing", .key = "max_steps", .forms = kInteger,
-       .meaning = "The most steps of a frame. Of more that are due, the oldest are not run: their simulated time is dropped. "
-                  "Default: no limit.",
+       .meaning = "The most steps of a frame; of more that are due the oldest are dropped, with their simulated time.",
        .kinds = kAccumulator, .range = between(1, kMostSteps), .example = "8"},
       {.table = "timing", .key = "jitter_fix", .forms = kNumber, .default_toml = "0",
-       .meaning = "Godot's `physics_jitter_fix`: a frame may run a step by this share of a step size before or after it is "
-                  "due, if frames then have as many steps as those before them.",
+       .meaning = "Godot's `physics_jitter_fix`: a step may run by this share of its size before or after it is due, if "
+                  "frames then have as many steps as before.",
        .kinds = kAccumulator, .range = between(0, 1), .example = "0.5"},
       {.table = "timing", .key = "refresh_jitter", .forms = kDuration, .default_toml = "\"0 ms\"",
        .meaning = "With `segment`: a frame begins later than its refresh by up to this, all values equally likely.",
@@ -470,8 +473,7 @@ const std::vector<Field>& timing_fields() {
                   "the start of the segment before, or at once if that is past.",
        .words = "catch-up|absolute-grid|from-last-update", .kinds = kAnyOrder},
       {.table = "timing", .key = "loop", .forms = kWord, .default_toml = "\"segments\"",
-       .meaning = "`accumulator`: a game's loop. Each frame runs as many steps of [scene] `step_size` as are due when it "
-                  "begins; N = 0 is one of them.",
+       .meaning = "`accumulator`: a game's loop. Each frame runs the steps of [scene] `step_size` that are due then.",
        .words = "segments|accumulator", .kinds = kAnyLoop},
       {.table = "timing", .key = "trace", .forms = kFile,
        .meaning =

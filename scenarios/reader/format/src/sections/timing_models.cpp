@@ -60,7 +60,8 @@ TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Err
   if (!change.visualization && !change.step && change.steps.empty())
     errors.add(entry.place("at"), "'changes': this entry changes nothing; write visualization, step or steps");
   if (timing.accumulator && !change.steps.empty())
-    errors.add(entry.place("steps"), "'steps' cannot change with loop = \"accumulator\", where what is due decides; remove it");
+    errors.add(entry.place("steps"),
+               "'steps' cannot change with loop = \"accumulator\", where what is due decides; remove it");
   if (timing.order != SegmentOrder::concurrent) return change;
   if (!change.steps.empty())
     errors.add(entry.place("steps"),

@@ -51,7 +51,8 @@ enum class StrategyKind {
   polyphase,
   chunk_replace,
   chunk_append,
-  chunk_blend
+  chunk_blend,
+  clocked
 };
 
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/plan/strategies.cpp).
@@ -86,7 +87,8 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{
         .kind = StrategyKind::chunk_replace, .name = "chunk_replace", .plays_as_it_comes = true, .continues = true},
     StrategyTraits{.kind = StrategyKind::chunk_append, .name = "chunk_append", .plays_as_it_comes = true, .continues = true},
-    StrategyTraits{.kind = StrategyKind::chunk_blend, .name = "chunk_blend", .plays_as_it_comes = true, .continues = true}};
+    StrategyTraits{.kind = StrategyKind::chunk_blend, .name = "chunk_blend", .plays_as_it_comes = true, .continues = true},
+    StrategyTraits{.kind = StrategyKind::clocked, .name = "clocked", .remaps = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
@@ -181,9 +183,11 @@ struct RemapSpec {
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;   ///< how far back `predict` looks to find the hand's velocity
-  FilterSpec filter;         ///< for strategy `filtered`; filter_at adds the samples of an average
-  Duration filter_window;    ///< for a moving average
+  Duration predict_window;  ///< how far back `predict` looks to find the hand's velocity
+  FilterSpec filter;        ///< for strategy `filtered`; filter_at adds the samples of an average
+  Duration filter_window;   ///< for a moving average
+  /// By how much a step of `clocked` may move the slots where the loop dropped time, in step sizes; empty: by all of it.
+  std::optional<double> dropped_jump = 0.07;
   bool filter_force = true;  ///< filters the force at the ticks; false: the interaction at the steps
   std::optional<ForeignMapSpec> foreign;
 };

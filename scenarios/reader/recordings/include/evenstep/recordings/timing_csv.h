@@ -5,6 +5,9 @@
 /// overlap steps (if it has its own thread); the number of steps may vary. Errors, reported with their line: time going back
 /// (a step that begins before the previous one ended, an end before its begin), a segment number going back, more than 10
 /// million rows. Times may be negative, up to 4e18 ns either way.
+///
+/// A sixth column `simulated_ns` says for each step what the loop's own simulation time is when it begins
+/// (SegmentTiming::simulated); it does not go back. In all other rows that cell is empty.
 
 #include <functional>
 #include <iosfwd>
@@ -26,7 +29,12 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 /// shifted to begin at 0.
 std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
 /// The same for segments that `next` hands over one by one; a null pointer ends them.
-void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next);
+/// `with_simulated`: with the column simulated_ns.
+void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next, bool with_simulated = false);
+
+/// Of a loop that keeps its own time: the median of the differences of t(n) from step to step, because where time was
+/// dropped they are longer. Otherwise 0.
+Duration usual_step_size(const std::vector<SegmentTiming>& segments);
 
 /// The same format, or a plain list of steps with the header `begin_ns,end_ns`, which becomes one segment. Steps must not
 /// overlap.

@@ -1,0 +1,48 @@
+#include "own_clock.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace evenstep::internal {
+
+bool has_clock(const std::vector<SegmentTiming>& segments) {
+  return std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& one) { return !one.simulated.empty(); });
+}
+
+SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
+  const bool given = has_clock(segments);
+  const std::int64_t size_ns = instant_ns(step_rate, 1);
+  SizeClock clock{.step = {size_ns}};
+  std::int64_t done = 0, steps = 0, frames = 0;
+  std::optional<std::int64_t> least_ns;
+  std::int64_t most_ns = INT64_MIN;
+  for (SegmentTiming& segment : segments) {
+    if (segment.steps.empty()) continue;
+    const std::int64_t count = std::ssize(segment.steps);
+    if (!given) {
+      const std::int64_t behind_ns = segment.begin.ns - sim_time(step_rate, done + count).ns;
+      if (least_ns && behind_ns > *least_ns + 2 * size_ns) {
+        const std::int64_t dropped = (behind_ns - *least_ns) / size_ns;
+        done += dropped;
+        clock.dropped += dropped;
+        ++clock.drops;
+      }
+      for (std::int64_t i = 0; i < count; ++i) segment.simulated.push_back(sim_time(step_rate, done++));
+    }
+    const std::int64_t behind_ns = segment.begin.ns - segment.simulated.back().ns - size_ns;
+    least_ns = std::min(least_ns.value_or(behind_ns), behind_ns);
+    most_ns = std::max(most_ns, behind_ns);
+    steps += count;
+    ++frames;
+  }
+  if (!least_ns) return clock;
+  clock.range_steps = static_cast<double>(most_ns - *least_ns) / static_cast<double>(size_ns);
+  const Duration length = segments.back().end - segments.front().begin;
+  clock.simulated_per_real = static_cast<double>(steps) * static_cast<double>(size_ns) / static_cast<double>(length.ns);
+  clock.follows = clock.range_steps <= 2 && 10 * clock.drops <= frames;
+  if (!given && !clock.follows)
+    for (SegmentTiming& segment : segments) segment.simulated.clear();
+  return clock;
+}
+
+}  // namespace evenstep::internal
