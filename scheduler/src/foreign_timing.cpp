@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <tuple>
 
 namespace evenstep {
@@ -34,6 +35,9 @@ std::optional<std::string> fault_of(const SegmentTiming& segment, std::optional<
     if (auto fault = piece("a step", step, std::max(segment.begin, steps_end))) return fault;
     steps_end = step.end;
   }
+  if (!segment.simulated.empty() && segment.simulated.size() != segment.steps.size())
+    return "has " + std::to_string(segment.simulated.size()) + " simulation times for " +
+           std::to_string(segment.steps.size()) + " steps";
   if (segment.end < last) return "ends at " + at(segment.end) + ", before its last piece at " + at(last);
   if (segment.end > kLatest) return "ends at " + at(segment.end) + ", beyond " + at(kLatest);
   return std::nullopt;

@@ -80,6 +80,8 @@ TEST_CASE("A step without its simulation time, or with one that goes back, is an
   CHECK(error_of("0,step,0,0,9,\n") == "2:14: a step has its own simulation time here, in whole ns");
   CHECK(error_of("0,step,0,0,9,7\n0,step,1,9,12,6\n") == "3:15: simulation time 6 ns follows 7 ns");
   CHECK(error_of("0,step,0,0,9,x\n").starts_with("2:14: 'x' is not a whole number"));
+  CHECK(
+      error_of("0,step,0,0,9,0\n0,step,1,9,12,1000000000000001\n").starts_with("3:15: the recording is longer than 1e6 s"));
   CHECK(error_of("0,step,0,0,9\n") == "2:1: 5 cells, where a row has 6");
 }
 

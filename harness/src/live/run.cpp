@@ -109,7 +109,10 @@ class LiveTiming final : public StepTiming {
     segment = *ran;
     while (as_programmed_.index < segment.index && programmed_->next(as_programmed_)) {
     }
-    if (as_programmed_.index == segment.index) segment.simulated = as_programmed_.simulated;
+    // A damaged recording may have more steps than the scenario.
+    const bool is_known = as_programmed_.index == segment.index &&
+                          as_programmed_.simulated.size() >= segment.steps.size() + (left_ == 1 && unfinished_ ? 1 : 0);
+    segment.simulated = is_known ? as_programmed_.simulated : std::vector<SimTime>();
     if (segment.visualization) {
       const Duration length = segment.visualization->end - segment.visualization->begin;
       RealTime begin = segment.begin;

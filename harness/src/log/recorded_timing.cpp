@@ -20,6 +20,7 @@ const SegmentTiming* RecordedSegments::next() {
     segment_.steps.push_back({step.begin, step.end});
     if (step.clock) segment_.simulated.push_back(*step.clock);
   }
+  if (segment_.simulated.size() < segment_.steps.size()) segment_.simulated.clear();
   return &segment_;
 }
 

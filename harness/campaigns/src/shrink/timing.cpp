@@ -43,8 +43,8 @@ TimingShape::TimingShape(const Scenario& scenario) {
   lanes_ =
       std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.concurrent || s.overlaps(); });
   const ProgrammedTiming& programmed = scenario.timing.programmed;
-  if (scenario.timing.trace.empty() && !scenario.timing.governor &&
-      !programmed.accumulator && (programmed.paced || (!lanes_ && is_periodic(programmed))))
+  if (scenario.timing.trace.empty() && !scenario.timing.governor && !programmed.accumulator &&
+      (programmed.paced || (!lanes_ && is_periodic(programmed))))
     grid_ = programmed.segment;
   measure(segments);
   set_nominal(scenario);

@@ -38,7 +38,7 @@ struct State {
   bool only_idle = true;                          ///< so far in the open segment
   bool is_given = false;                          ///< a row says where the open segment begins and ends
   RealTime last_step_end{-kFurthest_ns}, last_visualization_end{-kFurthest_ns};
-  SimTime last_simulated{-kFurthest_ns};
+  std::optional<SimTime> first_simulated, last_simulated;
 };
 
 bool take_interval(CsvRows& rows, Interval& interval) {
@@ -119,11 +119,15 @@ void widen(SegmentTiming& segment, const Interval& interval, State& state) {
 
 bool add_simulated(CsvRows& rows, const Row& row, State& state) {
   if (!row.simulated) return rows.error(kSimulated, "a step has its own simulation time here, in whole ns"), false;
-  if (*row.simulated < state.last_simulated) {
-    rows.error(kSimulated, fmt::format("simulation time {} ns follows {} ns", row.simulated->ns, state.last_simulated.ns));
+  if (row.simulated < state.last_simulated) {
+    rows.error(kSimulated, fmt::format("simulation time {} ns follows {} ns", row.simulated->ns, state.last_simulated->ns));
     return false;
   }
-  state.segments.back().simulated.push_back(state.last_simulated = *row.simulated);
+  if (!state.first_simulated) state.first_simulated = row.simulated;
+  if (row.simulated->ns - state.first_simulated->ns > kLongest_ns)
+    return rows.error(kSimulated, std::string(kTooLong)), false;
+  state.last_simulated = row.simulated;
+  state.segments.back().simulated.push_back(*row.simulated);
   return true;
 }
 
