@@ -37,12 +37,10 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
 }
 
 void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
-  const bool acquiring = pace_ns_ == 0;
   const double measured_ns = static_cast<double>((end - boundary_).ns);
-  if (past_.count == 1 && pace_ns_ > kStart_paces * measured_ns / static_cast<double>(steps)) {  // the past was a slow start
-    past_ = {};
-    known_ = 0;
-  }
+  const double pace_before_ns = pace_ns_;
+  if (past_.count == 1 && pace_ns_ > kStart_paces * measured_ns / static_cast<double>(steps)) forget_start();
+  const bool acquiring = pace_ns_ == 0;
   const double mean_ns = past_.count == 0 ? measured_ns : past_.length_ns / past_.count;
   const bool hung = measured_ns > std::max(horizon_ns_, kHang_segments * mean_ns);
   const double length_ns = hung ? kHungCounts_segments * mean_ns : measured_ns;
@@ -50,11 +48,12 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   const double fade = horizon_ns_ / (horizon_ns_ + length_ns);
   past_ = {fade * past_.count + 1, fade * past_.length_ns + length_ns, fade * past_.steps + static_cast<double>(steps),
            fade * past_.idle_ns + idle_ns};
-  const double pace_before_ns = pace_ns_;
   pace_ns_ = std::clamp(past_.length_ns / past_.steps, kLeastPeriod_ns, kMostPeriod_ns);
   if (!hung) learn_places(length_ns, steps);
   if (acquiring) {
     // One pace further, the slot of the next step is the boundary.
+    if (pace_before_ns > 0)  // there have been slots
+      ahead_ns_ = std::max(0.0, static_cast<double>((origin_ - end).ns) + remainder_ns_ + ahead_ns_ + pace_ns_);
     velocity_ns_ = pace_ns_;
     origin_ = end;
     remainder_ns_ = -pace_ns_;
@@ -63,13 +62,20 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   }
 }
 
+/// The past was a slow start: everything is acquired from the segment that ends now, as if it had been the first.
+void PhaseLockedMap::forget_start() {
+  past_ = {};
+  known_ = 0;
+  pace_ns_ = 0;
+}
+
 void PhaseLockedMap::learn_places(double length_ns, std::int64_t steps) {
   const double slot_ns = length_ns / static_cast<double>(steps);
   const std::size_t places = std::min(static_cast<std::size_t>(steps), kPlaces);
   const double weight = std::max(kLeastWeight, 1 / past_.count);
   for (std::size_t i = 0; i < places; ++i) {
     const double place_ns = begins_ns_[i] - static_cast<double>(i) * slot_ns;
-    usual_ns_[i] += i < known_ ? weight * (place_ns - usual_ns_[i]) : place_ns;
+    usual_ns_[i] = i < known_ ? usual_ns_[i] + weight * (place_ns - usual_ns_[i]) : place_ns;
   }
   known_ = std::max(known_, places);
 }
@@ -90,12 +96,12 @@ void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
   if (pace_ns_ == 0) return;
   const double target_ns = this->target_ns(i, begin);
   const double error_ns = static_cast<double>((boundary_ - origin_).ns) + target_ns - remainder_ns_ - pace_ns_;
-  if (runs_ahead_of_start(i, error_ns)) velocity_ns_ = 0;  // follow() raises it to the slowest
-  if (error_ns <= horizon_ns_) return follow(error_ns);
-  const double whole_ns = std::floor(target_ns);
-  origin_ = boundary_ + Duration{static_cast<std::int64_t>(whole_ns)};
-  remainder_ns_ = target_ns - whole_ns;
-  velocity_ns_ = pace_ns_;
+  if (error_ns > horizon_ns_) return jump(target_ns, error_ns);
+  if (runs_ahead_of_start(i, error_ns))
+    velocity_ns_ = std::max(kSlowest * begun_pace_ns(i), kLeastPeriod_ns);
+  else
+    follow(error_ns);
+  advance();
 }
 
 /// Where the slot of this step ought to be, measured from the boundary.
@@ -109,10 +115,16 @@ double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
 /// Used while the pace is known from one segment alone: whether that segment was a slow start (kernels compile), because
 /// steps now come four times as fast and the slots are more than one of its steps ahead.
 bool PhaseLockedMap::runs_ahead_of_start(std::int64_t i, double error_ns) const {
-  const std::size_t place = std::min(static_cast<std::size_t>(i), kPlaces - 1);
-  const double slow_ns = static_cast<double>(place) * pace_ns_ / kStart_paces;
-  return past_.count == 1 && error_ns < -pace_ns_ && begins_ns_[place] - begins_ns_[0] < slow_ns;
+  return past_.count == 1 && i > 0 && error_ns < -pace_ns_ && begun_pace_ns(i) < pace_ns_ / kStart_paces;
 }
+
+/// The mean time from begin to begin of the steps of this segment up to step i > 0.
+double PhaseLockedMap::begun_pace_ns(std::int64_t i) const {
+  const std::size_t place = std::min(static_cast<std::size_t>(i), kPlaces - 1);
+  return (begins_ns_[place] - begins_ns_[0]) / static_cast<double>(place);
+}
+
+double PhaseLockedMap::slowest_ns() const { return std::max(kSlowest * pace_ns_, kLeastPeriod_ns); }
 
 void PhaseLockedMap::follow(double error_ns) {
   const double most_ns = kMostJump * pace_ns_;
@@ -120,19 +132,34 @@ void PhaseLockedMap::follow(double error_ns) {
   const double bend_ns = most_ns / (pull * pull);  // beyond it, braking by a constant most_ns starts later than the pull
   const double size_ns = std::abs(error_ns);
   const double faster_ns = size_ns <= bend_ns ? pull * size_ns : std::sqrt(2 * most_ns * (size_ns - bend_ns / 2));
-  const double slowest_ns = std::max(kSlowest * pace_ns_, kLeastPeriod_ns), fastest_ns = kFastest * pace_ns_;
+  const double slowest_ns = this->slowest_ns(), fastest_ns = kFastest * pace_ns_;
   const double wanted_ns = std::clamp(pace_ns_ + std::copysign(faster_ns, error_ns), slowest_ns, fastest_ns);
   velocity_ns_ = std::clamp(velocity_ns_, slowest_ns, fastest_ns);
   velocity_ns_ += std::clamp(kVelocityPull * (wanted_ns - velocity_ns_), -most_ns, most_ns);
+}
+
+void PhaseLockedMap::advance() {
   const double advanced_ns = remainder_ns_ + velocity_ns_;
   const double whole_ns = std::floor(advanced_ns);
   origin_ = origin_ + Duration{static_cast<std::int64_t>(whole_ns)};
   remainder_ns_ = advanced_ns - whole_ns;
+  wait(velocity_ns_);
 }
+
+void PhaseLockedMap::jump(double target_ns, double error_ns) {
+  const double whole_ns = std::floor(target_ns);
+  origin_ = boundary_ + Duration{static_cast<std::int64_t>(whole_ns)};
+  remainder_ns_ = target_ns - whole_ns;
+  velocity_ns_ = pace_ns_;
+  wait(pace_ns_ + error_ns);
+}
+
+/// Slots that are ahead of R move on as slowly as they may while R advances.
+void PhaseLockedMap::wait(double advanced_ns) { ahead_ns_ = std::max(0.0, ahead_ns_ + slowest_ns() - advanced_ns); }
 
 std::optional<RealTime> PhaseLockedMap::slot(std::int64_t) {
   if (pace_ns_ == 0) return std::nullopt;
-  return origin_ + Duration{remainder_ns_ + kRounding_ns >= 1 ? 1 : 0};
+  return origin_ + Duration{internal::floor_ns(remainder_ns_ + ahead_ns_ + kRounding_ns)};
 }
 
 }  // namespace evenstep

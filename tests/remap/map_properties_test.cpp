@@ -68,9 +68,8 @@ const char* p2_inverse(const Schedule& schedule, Draw draw) {
 /// From step to step the velocity changes by at most 7 % of the pace, wherever phase_locked_map.h promises that.
 const char* p3_continuous(const Schedule& schedule, Draw) {
   PhaseLockedMap map = locked_map();
-  std::int64_t n = 0, velocity_ns = 0;
-  std::optional<RealTime> last;
-  double pace_ns = 0;
+  VelocityRule rule(0.07);
+  std::int64_t n = 0;
   int segments = 0;
   for (const Segment& segment : schedule) {
     map.boundary(n, segment.begin);
@@ -79,15 +78,7 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
       const Slot slot = map.read(n, step.begin);
       map.emission(n++, step.end);
       if (slot.kind != SlotKind::mapped) continue;
-      const std::int64_t before_ns = velocity_ns;
-      velocity_ns = last ? (slot.read - *last).ns : 0;
-      last = slot.read;
-      const double period_ns = map.period_ns(), before = static_cast<double>(before_ns);
-      const bool fell = period_ns<0.9 * pace_ns, hang = velocity_ns> 500'000'000;
-      pace_ns = period_ns;
-      const bool start = segments <= 5 && static_cast<double>(velocity_ns) < 0.18 * period_ns;
-      if (before_ns == 0 || fell || hang || start || before < 0.1 * period_ns || before > 3 * period_ns) continue;
-      if (static_cast<double>(std::abs(velocity_ns - before_ns)) > 0.07 * period_ns + 2) return "the velocity jumps";
+      if (rule.next(slot.read, map.period_ns(), segments) == VelocityRule::Verdict::broken) return "the velocity jumps";
     }
   }
   return nullptr;

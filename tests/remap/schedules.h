@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "evenstep/remap/latency_budget.h"
@@ -175,6 +176,33 @@ inline double velocity_jump(const std::vector<Placed>& placed, std::size_t from,
   }
   return static_cast<double>(most) / slot_ns;
 }
+
+/// Judges whether the velocity of phase_locked changes by at most A wherever phase_locked_map.h promises that.
+class VelocityRule {
+ public:
+  explicit VelocityRule(double jump) : jump_(jump) {}
+  enum class Verdict { excepted, kept, broken };
+  /// The next mapped slot. `segments`: how many with steps have begun.
+  Verdict next(RealTime slot, double pace_ns, int segments) {
+    const double before_ns = velocity_ns_, pace_before_ns = std::exchange(pace_ns_, pace_ns);
+    velocity_ns_ = std::exchange(any_, true) ? static_cast<double>((slot - last_).ns) : 0;
+    last_ = slot;
+    forgotten_ |= pace_ns < 0.26 * pace_before_ns;
+    const bool start = segments <= 5 && velocity_ns_ < 0.18 * pace_ns,
+               waits = forgotten_ && velocity_ns_ < 0.1 * pace_ns + 2;
+    // The slots join R within a step, and have its velocity in the next one.
+    spared_ = start || waits || pace_ns < 0.9 * pace_before_ns ? 3 : spared_ - 1;
+    const bool outside = before_ns < 0.1 * pace_ns || before_ns > 3 * pace_ns;
+    if (before_ns == 0 || spared_ > 0 || outside || velocity_ns_ > 5e8) return Verdict::excepted;
+    return std::abs(velocity_ns_ - before_ns) <= jump_ * pace_ns + 2 ? Verdict::kept : Verdict::broken;
+  }
+
+ private:
+  double jump_, velocity_ns_ = 0, pace_ns_ = 0;
+  RealTime last_;
+  bool any_ = false, forgotten_ = false;
+  int spared_ = 0;
+};
 
 /// Whether `body` stops on an assertion; it runs in a child process.
 template <class Body>

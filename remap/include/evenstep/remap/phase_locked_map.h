@@ -22,13 +22,15 @@
 /// before the next pause: docs/choose/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder
 /// below 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete
 /// segment. If that took more than four times as long per step as the second (kernels compile), it is forgotten after the
-/// second.
+/// second: from then on the slots are those of a map that saw nothing before the second, except that slots that are ahead
+/// of these wait for them at 0.1 P, because they never step back.
 ///
 /// The velocity jump |R(n+1) - 2 R(n) + R(n-1)| is at most A, except that
 ///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it
 ///     was learned from a start that was not the pace);
-///   - as long as P is known from one segment alone, v falls to 0.1 P at once where the steps come four times as fast and
-///     the slots lead by more than P;
+///   - as long as P is known from one segment alone, v falls at once where the steps come four times as fast and the slots
+///     lead by more than P, to 0.1 of the time between these steps; and where the first segment is forgotten, v changes to
+///     that of the slots that it joins;
 ///   - a lag of more than H (a hang, which cannot be hidden) is jumped over: the slot steps forward to where it ought to be.
 ///     A segment longer than H and than four times the mean counts as twice the mean, and no u_i is learned from it.
 ///
@@ -65,11 +67,17 @@ class PhaseLockedMap final : public SlotMap {
     double count = 0, length_ns = 0, steps = 0, idle_ns = 0;
   };
   void learn(RealTime end, std::int64_t steps);
+  void forget_start();
   void learn_places(double length_ns, std::int64_t steps);
   double usual_ns(std::int64_t i) const;
   double target_ns(std::int64_t i, RealTime begin) const;
   bool runs_ahead_of_start(std::int64_t i, double error_ns) const;
+  double begun_pace_ns(std::int64_t i) const;
+  double slowest_ns() const;
   void follow(double error_ns);
+  void advance();
+  void jump(double target_ns, double error_ns);
+  void wait(double advanced_ns);
 
   double horizon_ns_;  // H
   bool started_ = false;
@@ -84,6 +92,7 @@ class PhaseLockedMap final : public SlotMap {
   RealTime origin_;                          // integer part of the last slot
   double remainder_ns_ = 0;                  // slot - origin_, in [0, 1)
   double velocity_ns_ = 0;                   // v
+  double ahead_ns_ = 0;                      // of R the slots are by so much, because a start was forgotten
 };
 
 }  // namespace evenstep
