@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "cases.h"
 #include "catch.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"
@@ -114,6 +115,50 @@ TEST_CASE("a device that counts anew is followed, without a loss") {
     const DeviceSample sample = bench.driver.read(RealTime{1});
     CHECK((sample.fresh && sample.sequence == 2 && sample.position_m.x == 9001 / 1e9));
     CHECK(bench.driver.counters().lost == 0);
+  }
+}
+
+TEST_CASE("a driver whose device returns reads it as a new one does: 500 random pasts, with a clock and without") {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(500); ++seed) {
+    std::mt19937_64 random(seed);
+    const auto clock = [&] { return seed % 2 == 0 ? std::optional<DeviceClock>(DeviceClock()) : std::nullopt; };
+    ScriptedTransport old_transport, new_transport;
+    ReferenceDriver old_driver(old_transport, clock()), new_driver(new_transport, clock());
+    auto sequence = static_cast<std::uint32_t>(random());
+    auto stamp_us = static_cast<std::uint32_t>(random());
+    const auto report = [&] {
+      const auto x_nm = static_cast<std::int32_t>(random() % 50 == 0 ? 0x7FFF'FFFF : random() % 1'000'000);
+      const auto bytes = reference_device::encode(InputReport{sequence, stamp_us, {x_nm, 0, 0}});
+      sequence += 1 + static_cast<std::uint32_t>(random() % 20 == 0 ? random() % 5 : 0);
+      stamp_us += 1000;
+      return Bytes(bytes.begin(), bytes.end());
+    };
+    std::int64_t tick = 0;
+    for (auto k = static_cast<std::int64_t>(random() % 200); k > 0; --k) {
+      if (random() % 10 != 0) old_transport.say(HidRead::Status::report, report());
+      old_driver.read(RealTime{++tick * 1'000'000});
+    }
+    old_transport.say(HidRead::Status::away);
+    CHECK(old_driver.read(RealTime{++tick * 1'000'000}).away);
+    old_transport.say(HidRead::Status::returned);
+    CHECK(old_driver.read(RealTime{++tick * 1'000'000}).away);
+    if (random() % 4 != 0) sequence = static_cast<std::uint32_t>(random());  // or one that goes on as if nothing had been
+    stamp_us = static_cast<std::uint32_t>(random());
+    const DeviceCounters before = old_driver.counters();
+    for (int k = 0; k < 100; ++k) {
+      if (k == 0 || random() % 10 != 0) {
+        const Bytes bytes = report();
+        old_transport.say(HidRead::Status::report, bytes);
+        new_transport.say(HidRead::Status::report, bytes);
+      }
+      const RealTime now{++tick * 1'000'000};
+      const DeviceSample a = old_driver.read(now), b = new_driver.read(now);
+      INFO("seed " << seed << ", read " << k);
+      REQUIRE((a.fresh == b.fresh && a.drivable == b.drivable && a.away == b.away && a.at_range == b.at_range));
+      REQUIRE((a.sequence == b.sequence && a.position_m == b.position_m && a.taken_at == b.taken_at));
+    }
+    REQUIRE(old_driver.counters().lost - before.lost == new_driver.counters().lost);
+    REQUIRE(old_driver.counters().stale - before.stale == new_driver.counters().stale);
   }
 }
 
