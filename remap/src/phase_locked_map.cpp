@@ -8,14 +8,15 @@ namespace evenstep {
 namespace {
 
 // Chosen by measurement on the recordings and on random schedules (docs/choose/numerics.md).
-constexpr double kMostJump = 0.07;     // A / P
 constexpr double kPull = 3;            // k N^: within a segment an error shrinks to e^-3 of its size
 constexpr double kMostPull = 0.25;     // k
 constexpr double kVelocityPull = 0.3;  // how much of the missing velocity a step makes up for; stable below 2
+constexpr double kFarPull = 0.5;       // the same while far behind: 0.3 would brake late, and overshoot
 constexpr double kSlowest = 0.1;       // v / P > 0: the map is strictly monotone
-constexpr double kFastest = 3;         // v / P
+constexpr double kFastest = 6;         // v / P
 constexpr double kHang_segments = 4;   // a segment longer than this, and than H, says little about the pace
 constexpr double kHungCounts_segments = 2;
+constexpr double kStall_segments = 3;     // a segment longer than this says nothing about the usual places
 constexpr double kStart_paces = 4;        // a first segment that took this much longer per step than the next is forgotten
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
 constexpr double kFall = 0.9;             // if P falls below this share at one boundary, v falls with it
@@ -49,7 +50,7 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   past_ = {fade * past_.count + 1, fade * past_.length_ns + length_ns, fade * past_.steps + static_cast<double>(steps),
            fade * past_.idle_ns + idle_ns};
   pace_ns_ = std::clamp(past_.length_ns / past_.steps, kLeastPeriod_ns, kMostPeriod_ns);
-  if (!hung) learn_places(length_ns, steps);
+  if (!hung && measured_ns <= kStall_segments * mean_ns) learn_places(length_ns, steps);
   if (acquiring) {
     // One pace further, the slot of the next step is the boundary.
     if (pace_before_ns > 0)  // there have been slots
@@ -96,7 +97,7 @@ void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
   if (pace_ns_ == 0) return;
   const double target_ns = this->target_ns(i, begin);
   const double error_ns = static_cast<double>((boundary_ - origin_).ns) + target_ns - remainder_ns_ - pace_ns_;
-  if (error_ns > horizon_ns_) return jump(target_ns, error_ns);
+  if (error_ns > horizon_ns_) return step_over(target_ns, error_ns);
   if (runs_ahead_of_start(i, error_ns))
     velocity_ns_ = std::max(kSlowest * begun_pace_ns(i), kLeastPeriod_ns);
   else
@@ -127,7 +128,7 @@ double PhaseLockedMap::begun_pace_ns(std::int64_t i) const {
 double PhaseLockedMap::slowest_ns() const { return std::max(kSlowest * pace_ns_, kLeastPeriod_ns); }
 
 void PhaseLockedMap::follow(double error_ns) {
-  const double most_ns = kMostJump * pace_ns_;
+  const double most_ns = jump_ * pace_ns_;
   const double pull = std::min(kPull * past_.count / past_.steps, kMostPull);
   const double bend_ns = most_ns / (pull * pull);  // beyond it, braking by a constant most_ns starts later than the pull
   const double size_ns = std::abs(error_ns);
@@ -135,7 +136,8 @@ void PhaseLockedMap::follow(double error_ns) {
   const double slowest_ns = this->slowest_ns(), fastest_ns = kFastest * pace_ns_;
   const double wanted_ns = std::clamp(pace_ns_ + std::copysign(faster_ns, error_ns), slowest_ns, fastest_ns);
   velocity_ns_ = std::clamp(velocity_ns_, slowest_ns, fastest_ns);
-  velocity_ns_ += std::clamp(kVelocityPull * (wanted_ns - velocity_ns_), -most_ns, most_ns);
+  const double missing_ns = (size_ns <= bend_ns ? kVelocityPull : kFarPull) * (wanted_ns - velocity_ns_);
+  velocity_ns_ += std::clamp(missing_ns, -most_ns, most_ns);
 }
 
 void PhaseLockedMap::advance() {
@@ -146,7 +148,7 @@ void PhaseLockedMap::advance() {
   wait(velocity_ns_);
 }
 
-void PhaseLockedMap::jump(double target_ns, double error_ns) {
+void PhaseLockedMap::step_over(double target_ns, double error_ns) {
   const double whole_ns = std::floor(target_ns);
   origin_ = boundary_ + Duration{static_cast<std::int64_t>(whole_ns)};
   remainder_ns_ = target_ns - whole_ns;

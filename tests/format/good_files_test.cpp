@@ -47,6 +47,7 @@ TEST_CASE("A spring scenario holds what its file says, and the defaults") {
   CHECK(motion.smooth_start.ns == 200'000'000);
   CHECK(s.remap.estimate_weight == 0.1);
   CHECK(s.remap.bandwidth_Hz == 2);
+  CHECK(s.remap.jump == 0.07);
   CHECK(s.remap.latency.kind == Budget::Kind::any_phase);
   CHECK(s.remap.lead.kind == Budget::Kind::any_phase);
   CHECK(s.remap.interaction_underrun == InteractionUnderrun::clamp);

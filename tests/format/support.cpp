@@ -315,8 +315,8 @@ std::string describe(const Scenario& s) {
       out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";
   }
-  out += fmt::format("remap {} {} {} {} {} {} {} predict {} filter {} {} {} dropped {}\n", s.remap.estimate_weight,
-                     s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz,
+  out += fmt::format("remap {} {} {} {} {} {} {} {} predict {} filter {} {} {} dropped {}\n", s.remap.estimate_weight,
+                     s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz, s.remap.jump,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force, s.remap.dropped_jump.value_or(0));

@@ -194,7 +194,7 @@ TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from 
   for (std::uint64_t seed = 0; seed < evenstep::testing::cases(2000); ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
-    VelocityRule rule(0.07);
+    VelocityRule rule(kUsualJump);
     std::int64_t n = 0;
     int segments = 0;
     for (const Segment& segment : random_schedule(draw, 12)) {

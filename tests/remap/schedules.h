@@ -192,7 +192,7 @@ class VelocityRule {
                waits = forgotten_ && velocity_ns_ < 0.1 * pace_ns + 2;
     // The slots join R within a step, and have its velocity in the next one.
     spared_ = start || waits || pace_ns < 0.9 * pace_before_ns ? 3 : spared_ - 1;
-    const bool outside = before_ns < 0.1 * pace_ns || before_ns > 3 * pace_ns;
+    const bool outside = before_ns < 0.1 * pace_ns || before_ns > 6 * pace_ns;
     if (before_ns == 0 || spared_ > 0 || outside || velocity_ns_ > 5e8) return Verdict::excepted;
     return std::abs(velocity_ns_ - before_ns) <= jump_ * pace_ns + 2 ? Verdict::kept : Verdict::broken;
   }

@@ -132,7 +132,7 @@ std::unique_ptr<SlotMap> paper_map(const MapSetup& setup, Duration lead, const A
 }
 
 std::unique_ptr<SlotMap> phase_locked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
-  return std::make_unique<PhaseLockedMap>(lead, latency, setup.remap.bandwidth_Hz);
+  return std::make_unique<PhaseLockedMap>(lead, latency, setup.remap.bandwidth_Hz, setup.remap.jump);
 }
 
 std::unique_ptr<SlotMap> delay_locked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {

@@ -41,6 +41,7 @@ struct RemapperOptions {
   /// For a loop that knows its own simulation time and hands it to begin_step: its map is a ClockedMap, and bandwidth_Hz is
   /// not used.
   std::optional<Clocked> clocked = {};
+  double jump = kUsualJump;  ///< largest change of the velocity from step to step, above 0 to 1 of the pace
   /// Underrun policies; the capacities must be enough for their windows too.
   Extrapolation past_newest_sample = kHoldNewest;
   Extrapolation past_newest_force = kHoldNewest;
@@ -177,7 +178,7 @@ class Remapper {
   using Map = std::variant<PhaseLockedMap, ClockedMap>;  // in place: nothing is allocated for it
   static Map map_of(const RemapperOptions& options) {
     if (options.clocked) return Map(std::in_place_type<ClockedMap>, *options.clocked, options.lead, latency_of(options));
-    return Map(std::in_place_type<PhaseLockedMap>, options.lead, latency_of(options), options.bandwidth_Hz);
+    return Map(std::in_place_type<PhaseLockedMap>, options.lead, latency_of(options), options.bandwidth_Hz, options.jump);
   }
 
   SampleBuffer<Position> hand_;

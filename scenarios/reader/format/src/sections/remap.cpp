@@ -133,6 +133,7 @@ void read_remap(ScenarioReading& reading) {
   spec.estimate_steps = estimate.text("steps") == "last" ? StepCount::last : StepCount::average;
   const Rate bandwidth = remap.rate("bandwidth");
   spec.bandwidth_Hz = static_cast<double>(bandwidth.num) / static_cast<double>(bandwidth.den);
+  spec.jump = remap.number("jump");
   const auto budget = [&](std::string_view key) -> Budget {
     const std::string text = remap.text(key);
     if (text == "minimal") return {Budget::Kind::any_phase, {}};
@@ -167,6 +168,10 @@ const std::vector<Field>& remap_fields() {
                   "bandwidth of "
                   "`jack_dll`; the rate at which `lsl_dejitter` forgets.",
        .range = above(0, 1000)},
+      {.table = "remap", .key = "jump", .forms = kNumber, .default_toml = "0.07",
+       .meaning = "Strategy `phase_locked`: the most that the distance between slots changes per step, in steps. More "
+                  "needs less latency; the hand jumps by it.",
+       .range = between(0.01, 1)},
       {.table = "remap", .key = "latency", .forms = kWord | kSpan, .default_toml = "\"minimal\"",
        .meaning = "From reading the hand to emitting the force. `minimal`: the least without underrun for any device phase; "
                   "`minimal-this-phase`: for the phase of this run; `adaptive`: as `adapt` says, step by step.",

@@ -178,6 +178,7 @@ struct RemapSpec {
   double estimate_weight = 0.1;
   StepCount estimate_steps = StepCount::average;
   double bandwidth_Hz = 2.0;
+  double jump = 0.07;  ///< of `phase_locked`
   Budget latency;
   AdaptiveLatencyOptions adapt;  ///< for an adaptive latency; its emission follows from the devices
   Budget lead;
