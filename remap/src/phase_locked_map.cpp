@@ -156,8 +156,10 @@ void PhaseLockedMap::step_over(double target_ns, double error_ns) {
   wait(pace_ns_ + error_ns);
 }
 
-/// Slots that are ahead of R move on as slowly as they may while R advances.
-void PhaseLockedMap::wait(double advanced_ns) { ahead_ns_ = std::max(0.0, ahead_ns_ + slowest_ns() - advanced_ns); }
+/// While R advances, slots that are ahead of it move on as slowly as they may.
+void PhaseLockedMap::wait(double advanced_ns) {
+  ahead_ns_ = std::max(0.0, ahead_ns_ - std::max(0.0, advanced_ns - slowest_ns()));
+}
 
 std::optional<RealTime> PhaseLockedMap::slot(std::int64_t) {
   if (pace_ns_ == 0) return std::nullopt;
