@@ -1,4 +1,4 @@
-#include "evenstep/remap/clocked_map.h"
+#include "evenstep/remap/maps/clocked_map.h"
 
 #include <algorithm>
 #include <utility>

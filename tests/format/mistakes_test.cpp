@@ -152,7 +152,7 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
   refused(with("adapt = { margin = \"-1 ms\" }"), "'margin'");
   refused(with("adapt = { maximum = \"5 ms\" }"), "unknown key 'maximum'");
   refused(changed(with(""), "[run]", "[run]\nstrategies = [\"ideal\", \"direct\"]"),
-          "'latency': only paper and phase_locked have one that can adapt");
+          "'latency': only strategies that map have one that can adapt");
   refused(changed(with(""), "name = \"left\"",
                   "name = \"left\"\nrender = { kind = \"local\", alpha = \"auto\", emission = \"linear\" }"),
           "'latency': device 'left' takes its alpha from the latency");
@@ -289,7 +289,7 @@ TEST_CASE("Strategies, devices and expectations must fit each other") {
           {"warmup = \"8 segments\"", "strategies = []", "'strategies' is empty; name at least one"},
           {"warmup = \"8 segments\"", "strategies = [\"phaselocked\"]", "did you mean 'phase_locked'?"},
           {"warmup = \"8 segments\"", "live = \"ideal\"",
-           "'live': \"ideal\" must be \"direct\", \"paper\" or \"phase_locked\""},
+           "'live': \"ideal\" must be \"direct\", \"paper\", \"phase_locked\" or \"clocked\""},
           {"warmup = \"8 segments\"", "strategies = [\"ideal\"]",
            "scenario.toml:19:10: error: 'signal': there is no strategy 'direct'; this scenario has: ideal"},
           {"name = \"left\"", "name = \"le ft\"", "'name': \"le ft\" must be letters, digits, _ and -"},

@@ -311,6 +311,6 @@ TEST_CASE("A game's loop that cannot work, or a key that it does not have, is an
   check_game(free + "changes = [{ at = \"1 s\", steps = 3 }]\n", "'steps' cannot change with loop = \"accumulator\"");
   check_game("loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"12 ms\"\n", "so each frame has more steps than");
   check_game(free + "changes = [{ at = \"1 s\", step = \"12 ms\" }]\n", "so each frame has more steps than");
-  check_game(kGame + std::string("governor = { split = 2 }\n"), "'governor': it would move the frames");
+  check_game(kGame + std::string("governor = { split = 2 }\n"), "'governor': it would move frames");
   CHECK_THAT(errors_of(read_text(spring_with(kGame))), Contains("[scene] has no 'step_size', which loop = \"accumulator\""));
 }

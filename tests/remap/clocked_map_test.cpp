@@ -1,5 +1,5 @@
 // The map for loops that know their own simulation time.
-#include "evenstep/remap/clocked_map.h"
+#include "evenstep/remap/maps/clocked_map.h"
 
 #include <vector>
 

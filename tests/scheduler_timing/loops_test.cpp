@@ -3,8 +3,8 @@
 
 #include <iostream>
 
-#include "evenstep/remap/clocked_map.h"
 #include "evenstep/remap/latency_budget.h"
+#include "evenstep/remap/maps/clocked_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/velocity_jump.h"
 #include "evenstep/scheduler/random.h"

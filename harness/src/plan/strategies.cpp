@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <span>
 
-#include "evenstep/remap/clocked_map.h"
 #include "evenstep/remap/delay_locked_map.h"
+#include "evenstep/remap/maps/clocked_map.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/regression_map.h"

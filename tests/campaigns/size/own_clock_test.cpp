@@ -7,18 +7,18 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t kMillisecond = 1'000'000;
 
 /// Ten seconds of a game's loop; `keep`: with t(n).
 std::vector<SegmentTiming> game(std::optional<int> max_steps, bool keep) {
   ProgrammedTiming timing{.segment = {60, 1},
-                          .visualization = {4 * ms},
+                          .visualization = {4 * kMillisecond},
                           .steps = {1},
-                          .step = Duration{ms / 2},
+                          .step = Duration{kMillisecond / 2},
                           .order = SegmentOrder::steps_first,
                           .paced = true,
                           .accumulator = Accumulator{.step_rate = {90, 1}, .max_steps = max_steps}};
-  if (max_steps) timing.hitch = Hitch{{2'000 * ms}, {95 * ms}};
+  if (max_steps) timing.hitch = Hitch{{2'000 * kMillisecond}, {95 * kMillisecond}};
   const auto frames = make_programmed_timing(timing);
   std::vector<SegmentTiming> segments(600);
   for (SegmentTiming& segment : segments) {
@@ -62,7 +62,7 @@ TEST_CASE("size finds the steps that a loop dropped, and clocked has the slots i
   CHECK(guessed.clock->drops == 4);  // hitches of 95 ms at 2, 4, 6 and 8 s: 9 or 10 steps are due after each, and 3 run
   CHECK((guessed.clock->dropped >= 4 * 5 && guessed.clock->dropped <= 4 * 7));
   REQUIRE(clocked(guessed));
-  CHECK(std::abs((clocked(guessed)->any_phase.latency - clocked(told)->any_phase.latency).ns) <= 2 * 11 * ms + 2);
+  CHECK(std::abs((clocked(guessed)->any_phase.latency - clocked(told)->any_phase.latency).ns) <= 2 * 11 * kMillisecond + 2);
 }
 
 TEST_CASE("size says of another step size, and of a loop that runs freely, that the steps follow no such clock") {

@@ -22,8 +22,8 @@
 #include <optional>
 #include <variant>
 
-#include "evenstep/remap/clocked_map.h"
 #include "evenstep/remap/force_schedule.h"
+#include "evenstep/remap/maps/clocked_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/remap_steps.h"
 #include "evenstep/remap/sample_buffer.h"

@@ -17,7 +17,10 @@ bool is_timing_csv(const std::string& path) {
   const std::unique_ptr<internal::Bytes> bytes = internal::bytes_of_file(path);
   std::string_view first = internal::without_byte_order_mark(bytes->next());
   while (first.starts_with('#')) first.remove_prefix(std::min(first.find('\n'), first.size() - 1) + 1);
-  return begins_with_header(first, "segment,kind,index,begin_ns,end_ns") || begins_with_header(first, "begin_ns,end_ns");
+  for (const char* header :
+       {"segment,kind,index,begin_ns,end_ns", "segment,kind,index,begin_ns,end_ns,simulated_ns", "begin_ns,end_ns"})
+    if (begins_with_header(first, header)) return true;
+  return false;
 }
 
 Recording read_recording(const std::string& path, const RecordingOptions& options, bool steps_too) {
