@@ -11,7 +11,6 @@ namespace {
 constexpr double kPull = 3;            // k N^: within a segment an error shrinks to e^-3 of its size
 constexpr double kMostPull = 0.25;     // k
 constexpr double kVelocityPull = 0.3;  // how much of the missing velocity a step makes up for; stable below 2
-constexpr double kFarPull = 0.5;       // the same while far behind: 0.3 would brake late, and overshoot
 constexpr double kSlowest = 0.1;       // v / P > 0: the map is strictly monotone
 constexpr double kFastest = 6;         // v / P
 constexpr double kHang_segments = 4;   // a segment longer than this, and than H, says little about the pace
@@ -136,8 +135,7 @@ void PhaseLockedMap::follow(double error_ns) {
   const double slowest_ns = this->slowest_ns(), fastest_ns = kFastest * pace_ns_;
   const double wanted_ns = std::clamp(pace_ns_ + std::copysign(faster_ns, error_ns), slowest_ns, fastest_ns);
   velocity_ns_ = std::clamp(velocity_ns_, slowest_ns, fastest_ns);
-  const double missing_ns = (size_ns <= bend_ns ? kVelocityPull : kFarPull) * (wanted_ns - velocity_ns_);
-  velocity_ns_ += std::clamp(missing_ns, -most_ns, most_ns);
+  velocity_ns_ += std::clamp(kVelocityPull * (wanted_ns - velocity_ns_), -most_ns, most_ns);
 }
 
 void PhaseLockedMap::advance() {

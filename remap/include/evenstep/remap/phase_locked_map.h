@@ -14,7 +14,7 @@
 ///       k = min(3 / N^, 0.25);   A = jump P
 ///       V = clamp(P + k e, 0.1 P, 6 P); for an e above A / k^2, what A can still brake takes the place of k e:
 ///           sqrt(2 A (e - A / (2 k^2)))
-///       v += clamp(q (V - v), -A, A), q = 0.3, or 0.5 for such an e;   R += v
+///       v += clamp(0.3 (V - v), -A, A);   R += v
 ///
 /// P is the pace (time per step), R the slot, v the distance between slots, and H = 1 / bandwidth the horizon of the pace.
 /// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
