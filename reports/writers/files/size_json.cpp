@@ -162,6 +162,11 @@ std::string size_json(const SizeRecord& record) {
     out["confidence"] = json_number(record.confidence);
     out["clean_segments_needed"] = record.clean_segments;
   }
+  const SizePause& pause = record.pause;
+  out["longest_pause"] = {{"length_ns", pause.length.ns},
+                          {"drawing_ns", pause.drawing.ns},
+                          {"waiting_ns", pause.waiting.ns},
+                          {"unrecorded_ns", pause.unrecorded.ns}};
   put_bounds(out, record.held, "");
   if (record.linear) put_bounds(out, *record.linear, "_linear");
   out["strategies"] = Json::object();

@@ -86,6 +86,22 @@ TEST_CASE("a shorter visualization is advised only where there is one") {
              !Contains("shorter visualization") && Contains("It has no\n  visualization"));
 }
 
+TEST_CASE("no advice names a part of the longest pause that is below a tenth of it") {
+  const auto conclusion = [](Duration drawing, Duration step) {
+    return size_text(size_segments(play({.visualization = drawing, .step = step, .paced = true}, 90), "", {}));
+  };
+  // Periods of 33.33 ms, 15 steps. Mostly waiting, half of both, all drawing.
+  const std::string waits = conclusion(Duration{2 * ms}, Duration{ms / 10});
+  CHECK_THAT(waits,
+             Contains("Of the longest pause, 31.8 ms, 2 are drawing, 29.8 are waiting. The steps take 1.5 of 33.33 ms") &&
+                 Contains("--spread") && !Contains("shorter visualization"));
+  const std::string both = conclusion(Duration{15 * ms}, Duration{ms / 10});
+  CHECK_THAT(both, Contains("--spread") && Contains("A shorter visualization helps"));
+  const std::string draws = conclusion(Duration{18'333'333}, Duration{ms});
+  CHECK_THAT(draws, Contains("Of the longest pause, 18.3 ms, 18.3 are drawing.") && !Contains("--spread") &&
+                        Contains("A shorter visualization helps"));
+}
+
 TEST_CASE("of forces that travel to the device the bounds judge no map, because they leave the way out") {
   std::vector<SegmentTiming> segments = play({.visualization = {}, .steps = {1}, .step = Duration{1 * ms}}, 90);
   CHECK_THAT(size_text(size_segments(segments, "", {})), Contains("pause bound of") || Contains("The pause bound is "));

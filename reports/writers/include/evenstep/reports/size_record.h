@@ -102,6 +102,15 @@ struct SizeBounds {
   std::vector<SizePath> paths;  ///< at rising jumps; empty where there are too many steps
 };
 
+/// The pause between two steps that sets the pause bound, in parts: what a change of the simulator could make shorter.
+struct SizePause {
+  Duration length;          ///< from the end of a step to the begin of the next one; 0: a step sets the bound, and no pause
+  Duration drawing;         ///< visualizations in it
+  Duration waiting;         ///< idle time of its segments after their work
+  Duration unrecorded;      ///< the rest: nothing says whether the simulator waited or did other work
+  Duration steps, segment;  ///< what the steps of the segment before take, and the segment
+};
+
 /// The repeating cycle as found in the step times alone (remap/step_cycle.h).
 struct SizeCycle {
   bool found = false;
@@ -167,6 +176,7 @@ struct SizeRecord {
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
   std::int64_t clean_segments = 0;  ///< how many segments, all without an underrun, would prove the rate
+  SizePause pause;
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
