@@ -32,7 +32,8 @@ def median_drawing_ms(file):
 def what_ifs(file):
     budget = budget_of(median_drawing_ms(file))
     return ["split 2", "split 5", f"budget {budget} ms merge", f"budget {budget} ms hold", f"budget {budget} ms skip",
-            f"split 2, budget {-(-budget // 2)} ms merge", "pace 90 %", "pace 99 %", "own-lane 1", "own-lane 1.3"]
+            f"split 2, budget {-(-budget // 2)} ms merge", "pace 90 %", "spread",
+            "spread, own-lane 1", "spread, own-lane 1.3"]
 
 
 def rows_of(program, file):
@@ -69,7 +70,7 @@ def columns(rows):
 
 
 HEADS = ["as it is", "split 2", "split 5", "budget b, merge", "budget b, hold", "budget b, skip",
-         "split 2, budget b/2, merge", "pace 90 %", "pace 99 %", "own-lane 1", "own-lane 1.3"]
+         "split 2, budget b/2, merge", "pace 90 %", "spread", "own-lane 1, spread", "own-lane 1.3, spread"]
 
 
 def table(results, title, value):
@@ -95,7 +96,8 @@ def svg(results):
     """A row per recording, a mark per what-if: its latency as a multiple of that of the recording as it is."""
     kinds = [(1, "#1f77b4", "split 2"), (2, "#0b3d66", "split 5"), (3, "#2ca02c", "budget, merge"),
              (6, "#d62728", "split 2, half the budget, merge"), (4, "#ff7f0e", "budget, hold (knows)"),
-             (-4, "#8c510a", "budget, hold (looks back)"), (7, "#7f7f7f", "pace 90 %"), (10, "#9467bd", "own lane, 1.3")]
+             (-4, "#8c510a", "budget, hold (looks back)"), (7, "#7f7f7f", "pace 90 %"), (8, "#17becf", "spread"),
+             (10, "#9467bd", "own lane, 1.3, spread")]
     left, top, width, step = 235, 74, 560, 34
     height = top + step * len(results) + 46
     most = 1.6

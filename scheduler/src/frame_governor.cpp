@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::int64_t kIdleShare = 100;  // a gap is idle time if it is longer than this part of the period
 constexpr std::size_t kUsualOf = 8;       // a held pause is as long as the mean of this many parts
+constexpr std::size_t kLearnedFrom = 8;   // segments of a recording, for its usual period and number of steps
 
 RealTime work_end(const SegmentTiming& segment) {
   RealTime end = segment.begin;
@@ -25,9 +26,9 @@ class Drawings {
  public:
   explicit Drawings(const FrameGovernor& governor) : governor_(governor) {}
 
-  /// A drawing of this length is due. False: it is left out.
-  bool begin(Duration length) {
-    const Duration part{(length.ns + governor_.split - 1) / governor_.split};
+  /// A drawing of this length is due, in so many parts. False: it is left out.
+  bool begin(Duration length, int parts) {
+    const Duration part{(length.ns + parts - 1) / parts};
     const bool merged = rest_.ns > 0;
     if (!merged && fits(part)) {
       rest_ = length;
@@ -88,10 +89,50 @@ class Drawings {
   bool part_begun_ = false;        // no part of the last drawing has been measured yet
 };
 
+/// What the segments of a recording usually are, from the last ones.
+class UsualSegment {
+ public:
+  /// A segment of this length is over, and the source waited for the next one so long.
+  void add(Duration length, Duration idle, std::size_t steps) {
+    segments_.push_back({length, idle.ns > length.ns / kIdleShare, steps});
+    if (segments_.size() > kLearnedFrom) segments_.pop_front();
+  }
+  /// Empty: it runs freely, or there was none.
+  std::optional<Duration> period() const {
+    std::vector<Duration> lengths;
+    std::size_t waiting = 0;
+    for (const Past& segment : segments_) {
+      lengths.push_back(segment.length);
+      waiting += segment.waited ? 1 : 0;
+    }
+    if (lengths.empty() || 2 * waiting < lengths.size()) return std::nullopt;
+    const auto middle = lengths.begin() + (std::ssize(lengths) - 1) / 2;
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return *middle;
+  }
+  std::size_t most_steps() const {
+    std::size_t most = 0;
+    for (const Past& segment : segments_) most = std::max(most, segment.steps);
+    return most;
+  }
+
+ private:
+  struct Past {
+    Duration length;
+    bool waited = false;
+    std::size_t steps = 0;
+  };
+  std::deque<Past> segments_;
+};
+
 class GovernedTiming final : public StepTiming {
  public:
-  GovernedTiming(std::unique_ptr<StepTiming> source, const FrameGovernor& governor, std::optional<Duration> grid)
-      : source_(std::move(source)), governor_(governor), grid_(grid), drawings_(governor) {}
+  /// `learns`: T, P and N are not known beforehand.
+  GovernedTiming(std::unique_ptr<StepTiming> source, const FrameGovernor& governor, std::optional<Duration> grid,
+                 bool learns)
+      : source_(std::move(source)), governor_(governor), grid_(grid), learns_(learns), drawings_(governor) {
+    more_ = source_->next(following_);
+  }
 
   bool next(SegmentTiming& segment) override {
     do {
@@ -129,8 +170,14 @@ class GovernedTiming final : public StepTiming {
 
   /// Takes the next segment of the source, and shares out its steps.
   bool fetch() {
+    if (!more_) return false;
     const RealTime ended = given_end_;
-    if (!source_->next(given_)) return false;
+    if (learns_ && number_ >= 0) {
+      usual_.add(following_.begin - given_.begin, following_.begin - ended, given_.steps.size());
+      grid_ = usual_.period();
+    }
+    std::swap(given_, following_);
+    more_ = source_->next(following_);
     place(ended);
     given_end_ = work_end(given_);
     opportunities_.clear();
@@ -149,9 +196,9 @@ class GovernedTiming final : public StepTiming {
       opportunities_.push_back({0, before, 0, false});
     }
     const auto share = [&](int part) {
-      return before + (steps.size() - before) * static_cast<std::size_t>(part) / static_cast<std::size_t>(governor_.split);
+      return before + (steps.size() - before) * static_cast<std::size_t>(part) / static_cast<std::size_t>(parts());
     };
-    for (int part = 0; part < governor_.split; ++part) opportunities_.push_back({share(part), share(part + 1), part});
+    for (int part = 0; part < parts(); ++part) opportunities_.push_back({share(part), share(part + 1), part});
     return true;
   }
 
@@ -165,18 +212,31 @@ class GovernedTiming final : public StepTiming {
     }
     gap_ = given_.begin - ended;
     const bool waited = grid_ && gap_.ns > grid_->ns / kIdleShare;
-    if (grid_) turn_ = waited ? given_.begin : std::min(turn_ + *grid_, given_.begin);
+    turn_ = waited || !grid_ ? given_.begin : std::min(turn_ + *grid_, given_.begin);
     if (waited) gap_ = {};
   }
 
+  /// K of the given segment. Where the grid must be learned nobody knows yet when a part of the first segment has its turn.
+  int parts() const { return learns_ && number_ == 0 && !governor_.pace ? 1 : governor_.split; }
+
   RealTime begin_of(const Opportunity& opportunity) const {
     const RealTime earliest = opportunity_ == 0 ? end_ + gap_ : end_;
-    const std::int64_t parts = governor_.split;
-    if (governor_.pace)
-      return std::max(earliest,
-                      origin_ + Duration{floor_mul_div(governor_.pace->ns, number_ * parts + opportunity.part, parts)});
-    if (!grid_) return earliest;
-    return std::max(earliest, turn_ + Duration{floor_mul_div(grid_->ns, opportunity.part, parts)});
+    if (!governor_.pace && !grid_) return earliest;
+    return std::max(earliest, turn(opportunity.part, parts()));
+  }
+
+  /// The turn of the given segment plus i/n of a period; there is a pace or a grid.
+  RealTime turn(std::int64_t i, std::int64_t n) const {
+    if (governor_.pace) return origin_ + Duration{floor_mul_div(governor_.pace->ns, number_ * n + i, n)};
+    return turn_ + Duration{floor_mul_div(grid_->ns, i, n)};
+  }
+
+  /// When step i of the given segment may begin; empty: at once.
+  std::optional<RealTime> slot(std::size_t i) const {
+    const std::size_t n = learns_ ? usual_.most_steps() : given_.steps.size();
+    if (!governor_.spread || (!governor_.pace && !grid_) || n == 0) return std::nullopt;
+    const RealTime slot = turn(static_cast<std::int64_t>(std::min(i, n - 1)), static_cast<std::int64_t>(n));
+    return more_ && !governor_.pace ? std::min(slot, following_.begin) : slot;
   }
 
   /// The given segment unchanged but moved to where it now begins.
@@ -190,7 +250,7 @@ class GovernedTiming final : public StepTiming {
   void fill(const Opportunity& opportunity, SegmentTiming& segment) {
     end_ = segment.begin;
     if (opportunity.draws && opportunity.part == 0) {
-      left_out_ = given_.visualization && !drawings_.begin(given_.visualization->end - given_.visualization->begin);
+      left_out_ = given_.visualization && !drawings_.begin(given_.visualization->end - given_.visualization->begin, parts());
       segment.drawing.left_out = left_out_;
     }
     if (steps_first_) add_steps(opportunity, segment);
@@ -206,12 +266,13 @@ class GovernedTiming final : public StepTiming {
       if (left_out_) end_ = end_ + drawings_.held();
       return;
     }
-    const bool in_place = steps_first_ && governor_.split == 1 && !governor_.pace;  // idle time comes before the drawing
+    // Idle time comes before the drawing, unless the steps have it.
+    const bool in_place = steps_first_ && governor_.split == 1 && !governor_.pace && !governor_.spread;
     if (in_place) end_ = end_ + (given_.visualization->begin - given_.steps.back().end);
     segment.visualization = Interval{end_, end_ + drawings_.next()};
     end_ = segment.visualization->end;
     if (left_out_) end_ = std::max(end_, segment.visualization->begin + drawings_.held());  // a rest is shorter than usual
-    segment.drawing.parts = governor_.split;
+    segment.drawing.parts = parts();
     segment.drawing.at_most = drawings_.at_most();
     segment.drawing.finishes = !drawings_.under_way();
   }
@@ -222,7 +283,8 @@ class GovernedTiming final : public StepTiming {
       RealTime before = i > 0 ? given_.steps[i - 1].end : given_.begin;
       if (!steps_first_ && given_.visualization && given_.visualization->end <= step.begin)
         before = std::max(before, given_.visualization->end);
-      const RealTime begin = end_ + (step.begin - before);
+      RealTime begin = end_ + (step.begin - before);
+      if (const std::optional<RealTime> earliest = slot(i)) begin = std::max(begin, *earliest);
       end_ = begin + (step.end - step.begin);
       segment.steps.push_back({begin, end_});
     }
@@ -231,8 +293,12 @@ class GovernedTiming final : public StepTiming {
   std::unique_ptr<StepTiming> source_;
   FrameGovernor governor_;
   std::optional<Duration> grid_;
+  bool learns_;
+  UsualSegment usual_;
   Drawings drawings_;
-  SegmentTiming given_;           // of the source
+  SegmentTiming given_;      // of the source
+  SegmentTiming following_;  // the next one of the source, if there are more
+  bool more_ = false;
   RealTime given_end_;            // of its work
   std::int64_t number_ = -1;      // its number
   RealTime origin_, turn_, end_;  // the first begin; the turn of the given segment; where the governed work ended
@@ -275,7 +341,15 @@ std::unique_ptr<StepTiming> make_governed_timing(std::unique_ptr<StepTiming> sou
                                                  std::optional<Duration> grid) {
   assert(governor.split >= 1 && (!governor.budget || governor.budget->ns > 0) && governor.forecast >= 0);
   assert(!governor.pace || governor.pace->ns > 0);
-  return std::make_unique<GovernedTiming>(std::move(source), governor, grid);
+  return std::make_unique<GovernedTiming>(std::move(source), governor, grid, false);
+}
+
+std::unique_ptr<StepTiming> make_governed_replay(std::vector<SegmentTiming> recording, const FrameGovernor& governor) {
+  if (!governor.spread) {
+    const std::optional<Duration> grid = grid_period(recording);
+    return make_governed_timing(make_replayed_timing(std::move(recording)), governor, grid);
+  }
+  return std::make_unique<GovernedTiming>(make_replayed_timing(std::move(recording)), governor, std::nullopt, true);
 }
 
 }  // namespace evenstep

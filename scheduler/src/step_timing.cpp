@@ -200,6 +200,22 @@ class ReplayedTiming final : public StepTiming {
   RealTime busy_until_{std::numeric_limits<std::int64_t>::min()};  // end of the last step
 };
 
+class RealSteps final : public StepTiming {
+ public:
+  explicit RealSteps(std::unique_ptr<StepTiming> programmed) : programmed_(std::move(programmed)) {}
+  bool next(SegmentTiming& segment) override {
+    if (!programmed_->next(segment)) return false;
+    if (segment.steps.empty()) return true;
+    const RealTime start = segment.steps.front().begin;
+    for (Interval& step : segment.steps) step = {start, start};
+    return true;
+  }
+  void visualized(Duration took, bool finished) override { programmed_->visualized(took, finished); }
+
+ private:
+  std::unique_ptr<StepTiming> programmed_;
+};
+
 }  // namespace
 
 bool SegmentTiming::overlaps() const {
@@ -258,6 +274,10 @@ Duration replay_duration(std::span<const SegmentTiming> segments) {
 
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments) {
   return std::make_unique<ReplayedTiming>(std::move(segments));
+}
+
+std::unique_ptr<StepTiming> make_real_steps(std::unique_ptr<StepTiming> programmed) {
+  return std::make_unique<RealSteps>(std::move(programmed));
 }
 
 }  // namespace evenstep

@@ -39,6 +39,7 @@ constexpr double kClearDrift = 4, kLeastDrift = 0.02;
 constexpr double kLeastDrifted = 0.1;
 /// A timing is paced by a grid if T varies by at most this share of what its work varies by, or by this share of T itself.
 constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0.02;
+constexpr double kSpreadShare = 0.5;  // of the idle time; a burst has none of it between its steps
 
 struct Step {
   double begin_s = 0, ns = 0;
@@ -56,7 +57,7 @@ struct Recording {
   std::vector<bool> has_visualization;
   std::vector<int> counts;
   std::vector<Step> steps;
-  double idle_ns = 0;
+  double idle_ns = 0, between_ns = 0;  // of idle_ns: between the steps of a segment
 };
 
 double ns(const Interval& interval) { return static_cast<double>((interval.end - interval.begin).ns); }
@@ -90,7 +91,10 @@ Recording gather(std::span<const SegmentTiming> segments, SegmentOrder order) {
       idle -= out.visualizations_ns.back();
       after_visualization = after_visualization || order == SegmentOrder::visualization_first;
     }
+    const Interval* before = nullptr;
     for (const Interval& step : segment.steps) {
+      if (before != nullptr && order != SegmentOrder::concurrent) out.between_ns += ns({before->end, step.begin});
+      before = &step;
       const bool beside =
           segment.visualization && step.begin >= segment.visualization->begin && step.begin < segment.visualization->end;
       out.steps.push_back({seconds(step.begin), ns(step), 1, after_visualization, beside});
@@ -407,6 +411,7 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
   double all = 0;
   for (const double length : recording.lengths_ns) all += length;
   fit.idle_share = recording.idle_ns / all;
+  if (recording.idle_ns > 0) fit.between_share = recording.between_ns / recording.idle_ns;
   for (const double length : recording.lengths_ns) fit.late += length > 1.01 * fit.segment_median_ns;
   const ProgrammedTiming& timing = fit.timing;
   const double regimes = timing.regimes ? (timing.regimes->factor - 1) / (timing.regimes->factor + 1) : 0;
@@ -420,6 +425,7 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
   // Hits may use up the idle time: a timing that can never catch up with its grid is not paced.
   fit.timing.paced = mean_timing(timing).segment_ns <= 1e9 * period_s(grid);
   if (fit.timing.paced) fit.timing.segment = grid;
+  fit.spread = fit.timing.paced && fit.between_share >= kSpreadShare;
 }
 
 }  // namespace

@@ -1096,10 +1096,11 @@ case_size_refuses_bad_input() {
   expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
   expect 2 '"drop" is none' size drawn.csv --what-if drop
   expect 2 'error: "budget 20": ' size drawn.csv --budget 20
-  expect 2 "own-lane goes with none of the others" size drawn.csv --what-if "own-lane 1.3, split 2"
+  expect 2 "own-lane goes with none of the others but spread" size drawn.csv --what-if "own-lane 1.3, split 2"
   local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
   expect 0 "looking back" size "$trace" --budget "11 ms hold" --split 2 --split 5 --pace "90 %" \
     --own-lane 1.3 --adaptive --rate "1 %"
+  expect 0 '"what_if":"spread, own-lane 1"' size "$trace" --spread --what-if "own-lane, spread" --json
   expect 0 '"what_if":"split 2"' size "$trace" --split 2 --json
   expect 2 "must be above 0 N s/m" size drawn.csv --damping "0 N s/m"
   expect 2 "belong to a recording" size "$spring" --sampling "1 ms"

@@ -38,6 +38,8 @@ TEST_CASE("A governor goes with programmed and with recorded timing, and has def
   CHECK(read_governed("{ budget = \"5 ms\" }")->timing.governor->over_budget == OverBudget::merge);
   CHECK(read_governed("{ budget = \"5 ms\", over_budget = \"skip\" }")->timing.governor->over_budget == OverBudget::skip);
   CHECK(read_governed("{ pace = \"30 Hz\" }")->timing.governor->pace == Duration{33'333'333});
+  CHECK_FALSE(read_governed("{}")->timing.governor->spread);
+  CHECK(read_governed("{ steps = \"spread\", split = 2 }")->timing.governor->spread);
   CHECK_FALSE(read_scenario(kProgrammed, {})->timing.governor);
 }
 

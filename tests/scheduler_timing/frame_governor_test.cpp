@@ -65,11 +65,65 @@ FrameGovernor any_governor(std::uint64_t seed) {
   governor.over_budget = static_cast<OverBudget>(random.below(4, 3));
   governor.forecast = static_cast<int>(random.below(5, 4));
   if (random.below(6, 3) == 0) governor.pace = Duration{1 + static_cast<std::int64_t>(random.below(7, 60 * kMs))};
+  governor.spread = random.below(8, 2) == 0;
   return governor;
 }
 
 std::optional<Duration> any_grid(std::uint64_t seed) {
   return RandomStream(seed, "governor.grid").below(0, 2) == 0 ? std::optional(Duration{40 * kMs}) : std::nullopt;
+}
+
+std::vector<SegmentTiming> governed_replay(const std::vector<SegmentTiming>& recording, const FrameGovernor& governor) {
+  const auto timing = make_governed_replay(recording, governor);
+  std::vector<SegmentTiming> out;
+  for (SegmentTiming segment; timing->next(segment);) out.push_back(segment);
+  return out;
+}
+
+std::vector<Interval> steps_of(const std::vector<SegmentTiming>& segments) {
+  std::vector<Interval> out;
+  for (const SegmentTiming& segment : segments) out.insert(out.end(), segment.steps.begin(), segment.steps.end());
+  return out;
+}
+
+/// What a simulator with a timer of `period` does: 12 segments of 1 to 20 steps (all the same number, or any), which wait
+/// for their turn or begin late. Drawings take their share of the period, and one in ten up to two periods more. `fit`: no
+/// step is longer than its slot; otherwise one in a hundred takes up to a period. `jitter`: of the turns, in 1/1000.
+struct Paced {
+  Duration period;
+  std::vector<SegmentTiming> segments;
+};
+Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0) {
+  const RandomStream random(seed, "governor.spread");
+  std::uint64_t draw = 0;
+  const auto below = [&](std::int64_t bound) {
+    return static_cast<std::int64_t>(random.below(draw++, static_cast<std::uint64_t>(bound)));
+  };
+  Paced out{Duration{8 * kMs + below(32 * kMs)}, {}};
+  const std::int64_t period = out.period.ns, most = 1 + below(20), share = 1 + below(90), drawing = below(60);
+  const bool varies = below(2) == 0;
+  RealTime busy;
+  for (std::int64_t k = 0; k < 12; ++k) {
+    const std::int64_t off = jitter > 0 ? below(period * static_cast<std::int64_t>(jitter) / 1000 + 1) : 0;
+    SegmentTiming segment;
+    segment.index = k;
+    segment.begin = std::max(busy, RealTime{k * period + off});
+    RealTime at = segment.begin;
+    if (const std::int64_t length = period * drawing / 100 + (below(10) == 0 ? below(2 * period) : 0); length > 0) {
+      segment.visualization = Interval{at, at + Duration{length}};
+      at = segment.visualization->end;
+    }
+    const std::int64_t steps = varies ? 1 + below(most) : most;
+    for (std::int64_t i = 0; i < steps; ++i) {
+      const bool hit = !fit && below(100) == 0;
+      const Duration length{1 + below(hit ? period : std::max<std::int64_t>(period * share / 100 / steps, 1))};
+      segment.steps.push_back({at, at + length});
+      at = at + length;
+    }
+    segment.end = busy = at;
+    out.segments.push_back(segment);
+  }
+  return out;
 }
 
 std::int64_t drawn_ns(const std::vector<SegmentTiming>& segments) {
@@ -263,6 +317,167 @@ TEST_CASE("what a governor did so far does not depend on what comes", "[governor
     for (std::size_t k = 0; k < same; ++k) wrong += digest_of({a.at(k)}) != digest_of({b.at(k)});
   }
   CHECK(wrong == 0);
+}
+
+TEST_CASE("a step that is spread begins at its slot or when it could begin without, whichever is later",
+          "[governor][spread]") {
+  // 100,000 schedules with a period that is known and steps that fit their slots: long drawings and any number of steps.
+  std::int64_t wrong = 0, waited = 0, late = 0, steps = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(100'000); ++seed) {
+    const auto [period, source] = paced_schedule(seed, true);
+    const auto after = governed(source, {.spread = true}, period);
+    REQUIRE(after.size() == source.size());
+    for (std::size_t k = 0; k < source.size(); ++k) {
+      const std::vector<Interval>&before = source[k].steps, &now = after[k].steps;
+      const auto count = static_cast<std::int64_t>(before.size());
+      for (std::int64_t i = 0; i < count; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        const RealTime slot{static_cast<std::int64_t>(k) * period.ns + floor_mul_div(period.ns, i, count)};
+        const RealTime expected = std::max(slot, before[n].begin);
+        // The source's gaps of up to a hundredth of the period are work.
+        wrong += now[n].begin < expected || now[n].begin > expected + Duration{period.ns / 100};
+        late += now[n].begin > expected;
+        waited += now[n].begin > before[n].begin;
+        ++steps;
+      }
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(waited > steps / 4);
+  CHECK(late < steps / 1000);
+}
+
+TEST_CASE("a spread step comes later than in a burst by at most one segment, however long steps and drawings take",
+          "[governor][spread]") {
+  // 100,000 recordings whose turns come up to 3 % late. What is learned from them may be wrong.
+  std::int64_t wrong = 0, early = 0, lost = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(100'000); ++seed) {
+    const std::vector<SegmentTiming> source = paced_schedule(seed, false, seed % 31).segments;
+    const auto after = governed_replay(source, {.spread = true});
+    Duration longest;
+    for (std::size_t k = 0; k < source.size(); ++k) {
+      const RealTime next = k + 1 < source.size() ? source[k + 1].begin : source[k].begin + Duration{1'000 * kMs};
+      longest = std::max(longest, next - source[k].begin);
+      wrong += after.at(k).begin - source[k].begin > longest;
+      for (std::size_t i = 0; i < source[k].steps.size(); ++i) {
+        const Duration by = after[k].steps.at(i).begin - source[k].steps[i].begin;
+        wrong += by > longest;
+        early += by < Duration{};
+      }
+    }
+    lost +=
+        step_durations(after) != step_durations(source) || visualization_durations(after) != visualization_durations(source);
+  }
+  CHECK(wrong == 0);
+  CHECK(early == 0);
+  CHECK(lost == 0);
+}
+
+TEST_CASE("spread steps end no later after their slots than a burst begins before and ends after them",
+          "[governor][spread]") {
+  // 100,000 schedules: steps of any length. Lateness and lead together are what a latency has to bridge.
+  std::int64_t wrong = 0, less = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(100'000); ++seed) {
+    const auto [period, source] = paced_schedule(seed, false);
+    const std::vector<Interval> burst = steps_of(source), spread = steps_of(governed(source, {.spread = true}, period));
+    Duration earliest, latest, spread_latest, most, spread_most;
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < source.size(); ++k) {
+      const auto count = static_cast<std::int64_t>(source[k].steps.size());
+      for (std::int64_t i = 0; i < count; ++i, ++n) {
+        const RealTime slot{static_cast<std::int64_t>(k) * period.ns + floor_mul_div(period.ns, i, count)};
+        earliest = std::max(earliest, slot - burst[n].begin);
+        latest = std::max(latest, burst[n].end - slot);
+        spread_latest = std::max(spread_latest, spread.at(n).end - slot);
+        wrong += spread[n].begin < slot;
+      }
+    }
+    wrong += spread_latest > earliest + latest;
+    less += spread_latest < earliest + latest;
+  }
+  CHECK(wrong == 0);
+  CHECK(less > evenstep::testing::cases(50'000));
+}
+
+TEST_CASE("what spread did with a recording up to an instant is the same whatever comes after", "[governor][spread]") {
+  std::int64_t wrong = 0, compared = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(20'000); ++seed) {
+    const FrameGovernor governor{.spread = true};
+    const std::vector<SegmentTiming> source = paced_schedule(seed, false, seed % 31).segments;
+    std::vector<SegmentTiming> other = source;
+    // From step `at` of segment `from` on everything is another recording's, later by a time that is drawn; or nothing
+    // comes any more.
+    const std::size_t from = 3 + seed % 8, at = seed % (source[from].steps.size() + 1);
+    const RealTime instant = at < source[from].steps.size() ? source[from].steps[at].begin : source[from + 1].begin;
+    other.resize(from + 1);
+    other[from].steps.resize(at);
+    other[from].end = instant;
+    if (seed % 3 > 0) {
+      const Duration by{1 + static_cast<std::int64_t>(RandomStream(seed, "governor.cut").below(0, 60 * kMs))};
+      for (const SegmentTiming& next : paced_schedule(seed + 1, false).segments) {
+        SegmentTiming segment = next;
+        const auto move = [&](Interval& i) {
+          i = {i.begin + (instant - RealTime{}) + by, i.end + (instant - RealTime{}) + by};
+        };
+        segment.index = std::ssize(other);
+        segment.begin = segment.begin + (instant - RealTime{}) + by;
+        segment.end = segment.end + (instant - RealTime{}) + by;
+        if (segment.visualization) move(*segment.visualization);
+        for (Interval& step : segment.steps) move(step);
+        other.push_back(segment);
+      }
+    }
+    const std::vector<Interval> a = steps_of(governed_replay(source, governor)),
+                                b = steps_of(governed_replay(other, governor));
+    for (std::size_t n = 0; n < std::min(a.size(), b.size()) && std::min(a[n].begin, b[n].begin) < instant; ++n) {
+      wrong += a[n].begin != b[n].begin;
+      ++compared;
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(compared > evenstep::testing::cases(500'000));
+}
+
+TEST_CASE("a source that runs freely is not spread", "[governor][spread]") {
+  const auto source = free_running({20, 20, 20, 4, 4, 4, 25, 4, 4, 11, 4, 3, 9});
+  CHECK(digest_of(governed_replay(source, {.spread = true})) == digest_of(source));
+  CHECK(digest_of(governed(source, {.spread = true})) == digest_of(source));
+}
+
+TEST_CASE("what is spread already stays as it is", "[governor][spread]") {
+  std::int64_t different = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
+    const auto [period, source] = paced_schedule(seed, true);
+    const auto once = governed(source, {.spread = true}, period);
+    different += digest_of(governed(once, {.spread = true}, period)) != digest_of(once);
+  }
+  CHECK(different == 0);
+}
+
+TEST_CASE("a recording is spread from its second segment on, over what was usual", "[governor][spread]") {
+  std::vector<SegmentTiming> source;
+  for (int k = 0; k < 4; ++k) {
+    const RealTime at{k * 40 * kMs};
+    SegmentTiming segment{k, at, Interval{at, at + Duration{2 * kMs}}, {}, at + Duration{6 * kMs}};
+    for (int i = 0; i < (k == 2 ? 6 : 4); ++i)
+      segment.steps.push_back({at + Duration{(2 + i) * kMs}, at + Duration{(3 + i) * kMs}});
+    source.push_back(segment);
+  }
+  std::vector<std::vector<std::int64_t>> begins;
+  for (const SegmentTiming& segment : governed_replay(source, {.spread = true})) {
+    begins.emplace_back();
+    for (const Interval& step : segment.steps) begins.back().push_back((step.begin - segment.begin).ns / kMs);
+  }
+  CHECK(begins ==
+        std::vector<std::vector<std::int64_t>>{{2, 3, 4, 5}, {2, 10, 20, 30}, {2, 10, 20, 30, 31, 32}, {2, 6, 13, 20}});
+}
+
+TEST_CASE("spread with a pace keeps to the pace, and split parts keep their turns", "[governor][spread]") {
+  const auto source = free_running({4, 4, 4});  // segments of 8 ms
+  const auto paced = governed(source, {.split = 2, .pace = Duration{40 * kMs}, .spread = true});
+  std::vector<std::int64_t> begins;
+  for (const Interval& step : steps_of(paced)) begins.push_back(step.begin.ns / kMs);
+  CHECK(begins == std::vector<std::int64_t>{2, 10, 22, 30, 42, 50, 62, 70, 82, 90, 102, 110});
 }
 
 TEST_CASE("the rest of a drawing over its budget takes the place of the next ones", "[governor]") {

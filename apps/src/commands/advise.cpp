@@ -184,9 +184,10 @@ void add_advise(Commands& commands) {
   command.repeated("--bandwidth", arguments.bandwidths, "of phase_locked, each a choice; default \"1 Hz\" and \"2 Hz\"");
   command.repeated("--renderer", arguments.renderers,
                    "hold, linear, local or device_spring, each a choice; default all (docs/forces/stiffness.md)");
-  command.repeated("--what-if", arguments.what_ifs,
-                   "a change of the simulator, each a choice: \"split 2\", \"budget 20 ms\", \"pace 90 %\", \"own-lane\"; "
-                   "default such ones; none");
+  command.repeated(
+      "--what-if", arguments.what_ifs,
+      "a change of the simulator, each a choice: \"spread\", \"split 2\", \"budget 20 ms\", \"pace 90 %\", \"own-lane\"; "
+      "default such ones; none");
   command.option("--rate", arguments.rate,
                  "of segments that may be late in the second choice of latency, \"1 %\" (default)");
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default)");

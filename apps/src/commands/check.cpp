@@ -272,12 +272,14 @@ void explain_governor(const FrameGovernor& governor, const ForetoldDrawings& dra
   const char* over = kOverBudget.at(static_cast<std::size_t>(governor.over_budget));
   const bool forecasts = governor.budget && governor.over_budget != OverBudget::merge;
   std::vector<std::string> parts;
+  if (governor.spread) parts.emplace_back("spread");
   if (governor.split > 1) parts.push_back(fmt::format("split {}", governor.split));
   if (governor.budget) parts.push_back(fmt::format("budget {:.6g} ms {}", ms(*governor.budget), over));
   if (forecasts) parts.push_back(fmt::format("forecast {}", governor.forecast));
   if (governor.pace) parts.push_back(fmt::format("pace {:.6f} ms", ms(*governor.pace)));
   if (parts.empty()) parts.emplace_back("changes nothing");
   Json json = {{"split", governor.split}};
+  if (governor.spread) json["steps"] = "spread";
   if (governor.budget) json.update({{"budget_ns", governor.budget->ns}, {"over_budget", over}});
   if (forecasts) json["forecast"] = governor.forecast;
   if (governor.pace) json["pace_ns"] = governor.pace->ns;

@@ -21,7 +21,7 @@ namespace {
 struct RecordArguments {
   std::string program, file, out;
   int seconds = 20;
-  bool host_only = false;
+  bool host_only = false, spread = false;
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
   std::string visualization;
@@ -35,6 +35,7 @@ std::string typed(const RecordArguments& arguments) {
       fmt::format("evenstep record {} --seconds {}", shell_file(internal::portable_path(arguments.file)), arguments.seconds);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (!arguments.visualization.empty()) command += " --visualization " + shell_word(arguments.visualization);
+  if (arguments.spread) command += " --spread";
   if (arguments.seed) command += fmt::format(" --seed {}", *arguments.seed);
   return command + (arguments.host_only ? " --host-only" : "");
 }
@@ -116,6 +117,7 @@ ExitCode record(const RecordArguments& arguments, const std::atomic<bool>& inter
   const std::string file = here_or_installed(arguments.file);
   std::vector<std::string> set = arguments.set;
   if (!arguments.visualization.empty()) set.push_back("timing.visualization=" + arguments.visualization);
+  if (arguments.spread) set.push_back("timing.governor.steps=spread");
   const ReadResult scenario = read_scenario(file, {set, arguments.seed, registry, true});
   if (!scenario) {
     print(scenario.error());
@@ -158,6 +160,7 @@ void add_record(Commands& commands) {
   command.option("--visualization", arguments.visualization,
                  "instead of the scenario's: render (the tissue is drawn), \"burn 11.1 ms\" (the device is kept busy), or a "
                  "pause of so long");
+  command.flag("--spread", arguments.spread, "steps wait for their slots instead of following each other in a burst");
   command.option("--seed", arguments.seed, "of the scenario's timing");
   command.repeated("--set", arguments.set, "path=value, overrides the file");
 }

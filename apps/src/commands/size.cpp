@@ -26,7 +26,7 @@ struct SizeArguments {
   std::vector<std::string> what_if, split, budget, pace, own_lane;
   std::string sampling, step_size, emission, damping, rate, confidence, figure, report, timing, seeds;
   PartArguments part;
-  bool json = false, other_maps = false, adaptive = false;
+  bool json = false, other_maps = false, adaptive = false, spread = false;
   RecordingArguments recording;
 };
 
@@ -55,6 +55,7 @@ std::vector<std::pair<std::string, const std::vector<std::string>*>> what_if_opt
 
 /// False on an error, which is then printed.
 bool read_what_ifs(const SizeArguments& arguments, SizeOptions& options) {
+  if (arguments.spread) options.what_ifs.push_back({.spread = true});
   for (const auto& [name, values] : what_if_options(arguments)) {
     for (const std::string& value : *values) {
       const Result<WhatIf> parsed = parse_what_if(name == "what-if" ? value : name + " " + value);
@@ -126,6 +127,7 @@ std::string again(const SizeArguments& arguments) {
   if (arguments.other_maps) command += " --other-maps";
   for (const auto& [name, values] : what_if_options(arguments))
     for (const std::string& value : *values) command += fmt::format(" --{} {}", name, shell_word(value));
+  if (arguments.spread) command += " --spread";
   if (arguments.adaptive) command += " --adaptive";
   option("--timing", arguments.timing);
   option("--report", arguments.report);
@@ -189,7 +191,8 @@ std::string seeds_objection(const SizeArguments& arguments) {
     return "--seeds belongs to a scenario (*.toml); a recording has one timing";
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
-                     !arguments.step_size.empty() || arguments.adaptive || !recording_words(arguments.recording).empty();
+                     !arguments.step_size.empty() || arguments.adaptive || arguments.spread ||
+                     !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
@@ -273,12 +276,15 @@ void add_size(Commands& commands) {
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.flag("--spread", arguments.spread, "what if steps waited for their slots instead of following each other at once");
   command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");
   command.repeated("--budget", arguments.budget,
                    "\"20 ms [merge|skip|hold]\": what if a pause could take at most that (docs/choose/pauses.md)");
   command.repeated("--pace", arguments.pace, "\"90 %\", \"33 ms\": what if segments kept to a grid");
-  command.repeated("--own-lane", arguments.own_lane,
-                   "factor: what if drawings had a lane of their own, and steps beside one were so many times slower");
+  command.repeated(
+      "--own-lane", arguments.own_lane,
+      "factor: what if drawings had a lane of their own, and steps beside one were so many times slower; \"1.3, spread\" "
+      "spreads the steps, too");
   command.repeated("--what-if", arguments.what_if, "\"split 2, budget 20 ms hold\": several at once");
   command.flag("--adaptive", arguments.adaptive, "of each what-if also a latency that adapts");
   command.option("--seeds", arguments.seeds, "\"0..1000\", of a scenario: the segments of all these seeds, for --rate");

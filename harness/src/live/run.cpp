@@ -68,29 +68,6 @@ std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, st
   return links;
 }
 
-/// step = "real": the steps of a segment run one after the other as fast as the solver can, without a programmed minimum.
-class RealSteps final : public StepTiming {
- public:
-  explicit RealSteps(std::unique_ptr<StepTiming> programmed) : programmed_(std::move(programmed)) {}
-  bool next(SegmentTiming& segment) override {
-    if (!programmed_->next(segment)) return false;
-    if (segment.steps.empty()) return true;
-    const RealTime start = segment.steps.front().begin;
-    for (Interval& step : segment.steps) step = {start, start};
-    return true;
-  }
-  void visualized(Duration took, bool finished) override { programmed_->visualized(took, finished); }
-
- private:
-  std::unique_ptr<StepTiming> programmed_;
-};
-
-std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
-  std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
-  if (scenario.timing.real_steps) timing = std::make_unique<RealSteps>(std::move(timing));
-  return timing;
-}
-
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
@@ -204,7 +181,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
   DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &added);
-  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers(),
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_wall_timing(scenario.timing), devices->drivers(),
                       control.row_files);
   WorkerExecutor worker(simulation_clock, kSolverPriority);
   InlineExecutor no_work;

@@ -141,19 +141,33 @@ bool keeps_time(const TimingSpec& timing) {
                               : std::any_of(timing.trace.begin(), timing.trace.end(), has_clock);
 }
 
+/// What is programmed or recorded, with the governor. `real`: its steps have no length.
+std::unique_ptr<StepTiming> governed(const TimingSpec& timing, bool real) {
+  if (!timing.trace.empty())
+    return timing.governor ? make_governed_replay(timing.trace, *timing.governor) : make_replayed_timing(timing.trace);
+  std::unique_ptr<StepTiming> steps = make_programmed_timing(timing.programmed);
+  if (real) steps = make_real_steps(std::move(steps));
+  if (!timing.governor) return steps;
+  std::optional<Duration> grid = grid_period(timing.programmed);
+  // Segments of one length keep to a grid; real steps may leave idle time in it.
+  if (real && is_periodic(timing.programmed)) grid = Duration{instant_ns(timing.programmed.segment, 1)};
+  return make_governed_timing(std::move(steps), *timing.governor, grid);
+}
+
 }  // namespace
 
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing) {
-  const bool recorded = !timing.trace.empty();
-  std::unique_ptr<StepTiming> steps =
-      recorded ? make_replayed_timing(timing.trace) : make_programmed_timing(timing.programmed);
-  if (timing.governor)
-    steps = make_governed_timing(std::move(steps), *timing.governor,
-                                 recorded ? grid_period(timing.trace) : grid_period(timing.programmed));
+  std::unique_ptr<StepTiming> steps = governed(timing, false);
   if (!timing.elsewhere) return steps;
   SourceSpec source = *timing.elsewhere;
   source.seed = timing.programmed.seed;  // further seeds of a run are set there
   return make_source_timing(std::move(steps), source);
+}
+
+std::unique_ptr<StepTiming> make_wall_timing(const TimingSpec& timing) {
+  if (!timing.real_steps) return make_timing(timing);
+  if (timing.governor && timing.governor->spread) return governed(timing, true);
+  return make_real_steps(make_timing(timing));
 }
 
 std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time) {

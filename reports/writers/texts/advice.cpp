@@ -80,6 +80,14 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
         "Nothing can be advised: no choice without late forces came to rest in a hand. Take away what hitches "
         "(evenstep size says which), or record more."};
   std::vector<std::string> out;
+  const AdviceChoice* const spread = least_delay(record, [](const AdviceChoice& one) { return one.governor == "spread"; });
+  const AdviceChoice* const base = without != nullptr ? without : with;
+  if (spread != nullptr && spread->delay_s < base->delay_s)
+    out.push_back(
+        fmt::format("{} Nothing is dropped, drawings begin up to {:.3g} ms later, {:.3g} % of the simulated time are lost; "
+                    "whether a device that rests between steps gets slower, evenstep record --spread measures.",
+                    sentence("First of all, let each step wait for its slot", *spread), ms(spread->drawings_later),
+                    100 * spread->simulated_lost));
   if (with != nullptr) out.push_back(sentence("If the solver says how stiff the contact is", *with));
   if (without != nullptr) out.push_back(sentence("If it gives forces only", *without));
   const AdviceChoice* const springs = least_delay(
@@ -88,7 +96,6 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
     out.push_back(sentence("If the device renders springs by itself, and stiff contacts matter", *springs));
   const AdviceChoice* const late =
       least_delay(record, [](const AdviceChoice& one) { return one.accepted_rate > 0 && one.governor.empty(); });
-  const AdviceChoice* const base = without != nullptr ? without : with;
   if (late != nullptr && late->delay_s < base->delay_s)
     out.push_back(fmt::format("{} It is late in {:.3g} % of the segments.",
                               sentence("If a force may be late now and then", *late), 100 * late_share(*late)));

@@ -159,8 +159,9 @@ TEST_CASE("a scenario says with keys what a governor of a run can do, and these 
   AdviseOptions options;
   options.renderers = {"hold"};
   options.governors.emplace();
-  for (const char* text : {"split 2", "budget 21 ms", "budget 30 ms hold", "budget 30 ms skip, forecast 3", "pace 90 %",
-                           "split 3, budget 8 ms, pace 25 Hz", "own-lane 1.3", "budget 10 s"})
+  for (const char* text :
+       {"split 2", "budget 21 ms", "budget 30 ms hold", "budget 30 ms skip, forecast 3", "pace 90 %",
+        "split 3, budget 8 ms, pace 25 Hz", "own-lane 1.3", "budget 10 s", "spread", "spread, split 2, budget 12 ms"})
     options.governors->push_back(parse_what_if(text).value());
   const std::string file = part_of(place, name, kSegments);
   const AdviseResult result = advised(file, options);
@@ -187,7 +188,7 @@ TEST_CASE("a scenario says with keys what a governor of a run can do, and these 
     for (SegmentTiming segment; timing->next(segment);) given.push_back(segment);
     CHECK(format_timing_csv(given) == format_timing_csv(priced->segments));
   }
-  CHECK(with_keys == 6);
+  CHECK(with_keys == 8);
 }
 
 TEST_CASE("a latency that adapts is at most the fixed one, and carries as much") {

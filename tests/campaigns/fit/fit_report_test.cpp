@@ -13,6 +13,7 @@
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/json.h"
+#include "evenstep/scheduler/frame_governor.h"
 #include "evenstep/scheduler/random.h"
 #include "temporary_folder.h"
 
@@ -146,6 +147,23 @@ TEST_CASE("the table that is proposed is one that the reader accepts, and means 
     if (in.regimes) CHECK(out.regimes->mean_length == Approx(in.regimes->mean_length).epsilon(0.001));
     if (in.regimes) CHECK(out.regimes->slow_share == Approx(in.regimes->slow_share).epsilon(0.01));
   }
+}
+
+TEST_CASE("a recording whose steps wait for their slots is told to be spread, and its model needs what it needs") {
+  const ProgrammedTiming paced{
+      .step = Duration{ms / 2}, .visualization_variation = 0.05, .step_variation = 0.01, .paced = true};
+  const auto timing = make_governed_timing(make_programmed_timing(paced), {.spread = true}, grid_period(paced));
+  std::vector<SegmentTiming> segments(1'000);
+  for (SegmentTiming& segment : segments) timing->next(segment);
+  const TimingFit fit = fit_timing(segments);
+  CHECK(fit.spread);
+  CHECK_FALSE(fit_timing(play(paced, 1'000)).spread);
+  const FitComparison comparison = compare(fit, segments);
+  CHECK(differences(comparison.recording, comparison.model_median).empty());
+  const ReadResult read = read_table(fit_toml(fit, comparison, "x.csv"));
+  REQUIRE(read);
+  REQUIRE(read->timing.governor);
+  CHECK(read->timing.governor->spread);
 }
 
 TEST_CASE("a recording of a known model is told to be one: model, recording and shuffled need the same") {

@@ -120,6 +120,18 @@ TEST_CASE("A solver that is too slow for the rate begins its segments late, and 
   CHECK(recording.latest == Duration{6'000'000});
 }
 
+TEST_CASE("Steps that are spread wait for their slots, and one that is late follows at once") {
+  // Slots of 5 ms in segments of 10 ms.
+  TimedSolver solver({1'000'000, 1'000'000, 6'000'000, 1'000'000, 1'000'000});
+  const Scenario scenario = scenario_with({"timing.governor.steps=spread"});
+  CHECK(rows(recorded(solver, scenario)) ==
+        "0,visualization,0,0,3000000\n0,step,0,3000000,4000000\n"
+        "0,step,1,5000000,6000000\n0,idle,0,6000000,10000000\n"
+        "1,visualization,0,10000000,13000000\n1,step,0,13000000,19000000\n1,step,1,19000000,20000000\n"
+        "2,visualization,0,20000000,23000000\n2,step,0,23000000,24000000\n"
+        "2,step,1,25000000,26000000\n");
+}
+
 TEST_CASE("Steps come first where the scenario says so, and alone where it draws nothing") {
   TimedSolver first({1'000'000}), alone({1'000'000});
   CHECK(rows(recorded(first, scenario_with({"timing.order=\"steps-first\""}), 5'000'000)) ==

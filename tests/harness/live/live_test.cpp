@@ -87,6 +87,30 @@ TEST_CASE("steps as fast as the solver makes them replay to the same hash") {
   CHECK(pauses == 0);
 }
 
+TEST_CASE("real steps that are spread wait for their slots, with a pause or a burnt one, and replay to the same hash") {
+  for (const bool burns : {false, true}) {
+    if (burns && !built_with_opencl()) continue;
+    std::vector<std::string> set = burns ? small_tissue("opencl") : std::vector<std::string>{};
+    set.insert(set.end(), kLive.begin(), kLive.end());
+    set.insert(set.end(), {"timing.step=\"real\"", "timing.governor={ steps = \"spread\" }"});
+    if (burns) set.emplace_back("timing.visualization=\"burn 4 ms\"");
+    const RunOutcome outcome = run_wall(read(burns ? "paper/figure-1.toml" : "paper/figure-1-spring.toml", set));
+    INFO(outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+    // 30 Hz and 15 steps: slots of 1/450 s, each rounded down twice.
+    const StrategyRecord& live = strategy(outcome.record, "phase_locked");
+    std::int64_t early = 0, waited = 0, i = 0;
+    for (std::size_t n = 0; n < live.steps.size(); ++n) {
+      const bool first = n == 0 || live.steps[n].segment != live.steps[n - 1].segment;
+      i = first ? 0 : i + 1;
+      early += live.steps[n].begin + Duration{2} < tick_time({450, 1}, 15 * live.steps[n].segment + i);
+      waited += !first && live.steps[n].begin > live.steps[n - 1].end;
+    }
+    CHECK(early == 0);
+    CHECK(waited > 0);
+  }
+}
+
 TEST_CASE("a latency that adapts needs no knowledge of the timing, and replays to the same hash") {
   std::vector<std::string> set = kLive;
   set.insert(set.end(), {"remap.latency=\"adaptive\"", "remap.adapt={ window = \"0.1 s\" }"});

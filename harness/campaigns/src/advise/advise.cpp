@@ -133,6 +133,7 @@ class Adviser {
     std::string key;                        ///< which change it is
     Duration warmup;                        ///< not judged
     double drawings_lost = 0, simulated_lost = 0;
+    Duration drawings_later;
   };
   struct Plan {
     AdvicePace pace;
@@ -191,7 +192,8 @@ class Adviser {
     Timing timing{.governor = changed->governor,
                   .key = text_of(*pace.governor),
                   .warmup = warmup_of(changed->segments.back().end - changed->segments.front().begin),
-                  .simulated_lost = changed->price.segments_lost};
+                  .simulated_lost = changed->price.segments_lost,
+                  .drawings_later = changed->price.drawings_later};
     if (before.drawings_per_s > 0)
       timing.drawings_lost = std::max(0.0, 1 - changed->price.drawings_per_s / before.drawings_per_s);
     if (timing.governor) return timing;
@@ -259,6 +261,7 @@ class Adviser {
     out.needs_springs = plan.renderer->needs_springs;
     out.drawings_lost = plan.timing.drawings_lost;
     out.simulated_lost = plan.timing.simulated_lost;
+    out.drawings_later = plan.timing.drawings_later;
     return out;
   }
 

@@ -30,6 +30,7 @@ std::string rate_text(Rate rate) {
 std::string governor_text(const FrameGovernor& governor) {
   constexpr const char* kOver[] = {"skip", "hold", "merge"};
   std::vector<std::string> keys;
+  if (governor.spread) keys.emplace_back("steps = \"spread\"");
   if (governor.split > 1) keys.push_back(fmt::format("split = {}", governor.split));
   if (governor.budget) {
     keys.push_back(fmt::format("budget = \"{} ns\", over_budget = \"{}\"", governor.budget->ns,
@@ -133,21 +134,38 @@ std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const st
   return pace.all_renderers || few.empty() ? all : few;
 }
 
+double waiting_share(const std::vector<SegmentTiming>& segments) {
+  std::int64_t waited = 0;
+  for (std::size_t k = 1; k < segments.size(); ++k) {
+    const SegmentTiming& before = segments[k - 1];
+    RealTime busy = before.visualization ? before.visualization->end : before.begin;
+    if (!before.steps.empty()) busy = std::max(busy, before.steps.back().end);
+    waited += std::max<std::int64_t>((segments[k].begin - busy).ns, 0);
+  }
+  const Duration length = segments.back().begin - segments.front().begin;
+  return length.ns > 0 ? static_cast<double>(waited) / static_cast<double>(length.ns) : 0;
+}
+
 std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments) {
-  WhatIf split, budget, pace, own_lane;
-  split.split = 2;
-  pace.pace_percentile = 0.9;
-  own_lane.own_lane = 1;
+  const WhatIf split{.split = 2}, pace{.pace_percentile = 0.9}, own_lane{.own_lane = 1};
+  WhatIf budget;
+  std::vector<WhatIf> out;
+  constexpr double kMaterial = 0.1;  // of the time
+  if (waiting_share(segments) >= kMaterial) out.push_back({.spread = true});
+  out.push_back(split);
   std::vector<std::int64_t> drawings;
   for (const SegmentTiming& segment : segments) {
     if (segment.visualization) drawings.push_back((segment.visualization->end - segment.visualization->begin).ns);
   }
-  if (drawings.empty()) return {split, pace, own_lane};
-  constexpr std::int64_t kRound = 100'000;  // ns
-  const auto at = drawings.begin() + static_cast<std::ptrdiff_t>(drawings.size() * 9 / 10);
-  std::nth_element(drawings.begin(), at, drawings.end());
-  budget.budget = Duration{std::max((*at + kRound - 1) / kRound, std::int64_t{1}) * kRound};
-  return {split, budget, pace, own_lane};
+  if (!drawings.empty()) {
+    constexpr std::int64_t kRound = 100'000;  // ns
+    const auto at = drawings.begin() + static_cast<std::ptrdiff_t>(drawings.size() * 9 / 10);
+    std::nth_element(drawings.begin(), at, drawings.end());
+    budget.budget = Duration{std::max((*at + kRound - 1) / kRound, std::int64_t{1}) * kRound};
+    out.push_back(budget);
+  }
+  out.insert(out.end(), {pace, own_lane, {.own_lane = 1, .spread = true}});
+  return out;
 }
 
 std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors) {

@@ -33,7 +33,9 @@ struct AdvicePace {
 std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors);
 /// The renderers among those asked for that go with a pace; at least one.
 std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names);
-/// What is compared by default, for these segments.
+/// The share of the time in which nothing is drawn and no step runs after a segment's work.
+double waiting_share(const std::vector<SegmentTiming>& segments);
+/// What is compared by default, for these segments. Spread comes first where they wait for a tenth of the time or more.
 std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments);
 
 /// The speed at which the hand that stops moves, if its mean speed is that of the line's hand.

@@ -5,6 +5,7 @@
 #include "evenstep/format/reader.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/remap/buffer_oracle.h"
+#include "evenstep/scheduler/frame_governor.h"
 #include "evenstep/scheduler/random.h"
 
 namespace evenstep {
@@ -43,9 +44,11 @@ Duration phase_locked_need(std::span<const SegmentTiming> segments) {
   return least_latency_any_phase(steps, setup.grids, setup.emission).latency;
 }
 
-std::vector<SegmentTiming> played(ProgrammedTiming timing, std::uint64_t seed, std::size_t count) {
+std::vector<SegmentTiming> played(const TimingFit& fit, std::uint64_t seed, std::size_t count) {
+  ProgrammedTiming timing = fit.timing;
   timing.seed = seed;
-  const auto source = make_programmed_timing(timing);
+  auto source = make_programmed_timing(timing);
+  if (fit.spread) source = make_governed_timing(std::move(source), {.spread = true}, grid_period(timing));
   std::vector<SegmentTiming> segments(count);
   for (SegmentTiming& segment : segments) source->next(segment);
   return segments;
@@ -120,7 +123,7 @@ FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segme
   out.recording = latency_need(segments.first(segments.size() - 1));
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto stream = static_cast<std::uint64_t>(seed);
-    if (out.objection.empty()) out.model.push_back(latency_need(played(fit.timing, stream, segments.size() - 1)));
+    if (out.objection.empty()) out.model.push_back(latency_need(played(fit, stream, segments.size() - 1)));
     out.shuffled.push_back(latency_need(shuffled(segments, stream)));
   }
   out.model_median = median_of(out.model);

@@ -110,7 +110,8 @@ std::string fit_json(const TimingFit& fit, const FitComparison& comparison, cons
               {"segments", fit.segments},
               {"seconds", rounded(fit.seconds)},
               {"order", name_of(fit.timing.order)},
-              {"paced", fit.timing.paced}};
+              {"paced", fit.timing.paced},
+              {"spread", fit.spread}};
   put_segments(out, fit);
   put_visualizations(out, fit);
   put_steps(out, fit);

@@ -33,6 +33,8 @@ void add_segment(std::string& out, const TimingFit& fit) {
   if (!fit.timing.paced) return leave_out(out, "not paced. " + measured);
   add(out, "segment = " + rate_text(fit.timing.segment), measured);
   add(out, "paced = true", "T is steadier than the work in it");
+  if (fit.spread)
+    add(out, "governor = { steps = \"spread\" }", percent(fit.between_share) + " of the idle time is between the steps");
 }
 
 void add_order(std::string& out, const TimingFit& fit) {

@@ -31,7 +31,9 @@ class Recorder {
 
   SolverRecording run() {
     if (log_) log_->take();  // the warm-up
-    const std::unique_ptr<StepTiming> timing = make_timing(scenario_.timing);
+    TimingSpec real = scenario_.timing;
+    real.real_steps = true;
+    const std::unique_ptr<StepTiming> timing = make_wall_timing(real);
     bool whole = true;
     for (SegmentTiming segment; whole && timing->next(segment);) {
       if (!wait_until(std::max(segment.begin, last_begin_ + Duration{1})) || ended()) break;
@@ -66,7 +68,7 @@ class Recorder {
     note_lateness(made.begin - programmed.begin);
     const Pause pause = pause_of(programmed, false);
     bool whole = !pause.before_steps || rest(pause.length, programmed, made, timing);
-    for (std::size_t i = 0; whole && i < programmed.steps.size(); ++i) whole = run_step(made);
+    for (std::size_t i = 0; whole && i < programmed.steps.size(); ++i) whole = turn(programmed.steps[i]) && run_step(made);
     if (whole && pause.after_steps) whole = rest(pause.length, programmed, made, timing);
     made.end = clock_.now();
     if (made.steps.empty() && !made.visualization) return whole;  // nothing to keep
@@ -92,6 +94,12 @@ class Recorder {
     }
     made.visualization = Interval{began, clock_.now()};
     return true;
+  }
+
+  /// A step that is spread waits for its slot. False if it was interrupted.
+  bool turn(const Interval& programmed) {
+    const auto& governor = scenario_.timing.governor;
+    return !governor || !governor->spread || wait_until(programmed.begin);
   }
 
   /// False if it was not run, because the recording ends here.

@@ -90,13 +90,17 @@ std::string read_clause(std::string_view clause, WhatIf& out) {
   if (name == "budget") return read_budget(rest, out);
   if (name == "pace") return read_pace(rest, out);
   if (name == "own-lane") return read_own_lane(rest, out);
-  return fmt::format("\"{}\" is none of split, budget, forecast, pace and own-lane", clause);
+  if (clause == "spread") {
+    out.spread = true;
+    return {};
+  }
+  return fmt::format("\"{}\" is none of spread, split, budget, forecast, pace and own-lane", clause);
 }
 
 /// Which clauses do not go together; empty if all do.
 std::string objection(const WhatIf& what_if) {
   if (what_if.own_lane && (what_if.split > 1 || what_if.budget || what_if.pace || what_if.pace_percentile))
-    return "own-lane goes with none of the others: with a lane of their own, drawings make no pause";
+    return "own-lane goes with none of the others but spread: with a lane of their own, drawings make no pause";
   if (what_if.forecast > 0 && (!what_if.budget || what_if.over_budget == OverBudget::merge))
     return "forecast is for a budget with skip or hold; merge cuts a drawing off and needs none";
   return {};
@@ -113,13 +117,26 @@ bool any_drawing(std::span<const SegmentTiming> segments) {
   return std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.visualization.has_value(); });
 }
 
+/// By how much a drawing begins later than the same one before; 0 if there are more or fewer.
+Duration most_later(std::span<const SegmentTiming> segments, std::span<const SegmentTiming> before) {
+  const auto begins = [](std::span<const SegmentTiming> timing) {
+    std::vector<RealTime> out;
+    for (const SegmentTiming& segment : timing)
+      if (segment.visualization) out.push_back(segment.visualization->begin);
+    return out;
+  };
+  const std::vector<RealTime> now = begins(segments), then = begins(before);
+  Duration most;
+  for (std::size_t i = 0; now.size() == then.size() && i < now.size(); ++i) most = std::max(most, now[i] - then[i]);
+  return most;
+}
+
 bool any_overlap(std::span<const SegmentTiming> segments) {
   return std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& segment) { return segment.overlaps(); });
 }
 
 std::vector<SegmentTiming> governed(std::span<const SegmentTiming> segments, const FrameGovernor& governor) {
-  const auto timing =
-      make_governed_timing(make_replayed_timing({segments.begin(), segments.end()}), governor, grid_period(segments));
+  const auto timing = make_governed_replay({segments.begin(), segments.end()}, governor);
   std::vector<SegmentTiming> out;
   for (SegmentTiming segment; timing->next(segment);) out.push_back(segment);
   return out;
@@ -147,22 +164,25 @@ Duration percentile_of_work(std::span<const SegmentTiming> segments, double shar
 /// Drawings in a lane of their own, see the header.
 class OwnLane {
  public:
-  OwnLane(std::span<const SegmentTiming> segments, double slowdown) : given_(segments), slowdown_(slowdown) {
-    for (const SegmentTiming& segment : segments)
-      for (const Interval& step : segment.steps) steps_.push_back(step);
+  OwnLane(std::span<const SegmentTiming> segments, double slowdown, bool spread)
+      : given_(segments), slowdown_(slowdown), spread_(spread) {
+    for (const SegmentTiming& segment : segments) {
+      for (const Interval& step : segment.steps) {
+        steps_.push_back(step);
+        turns_.push_back(segment.begin);
+      }
+    }
   }
 
   std::vector<SegmentTiming> timing() {
-    const RealTime origin = given_.front().begin;
-    const std::int64_t span = (steps_.back().begin - steps_.front().begin).ns, slots = std::ssize(steps_) - 1;
     place_drawings();
-    RealTime end = origin;
+    if (spread_) spread_turns();
+    RealTime end = given_.front().begin;
     std::size_t k = 0;
-    for (std::int64_t n = 0; n <= slots; ++n) {
-      const RealTime turn = slots > 0 ? origin + Duration{floor_mul_div(span, n, slots)} : origin;
-      const RealTime begin = std::max(end, turn);
+    for (std::size_t n = 0; n < steps_.size(); ++n) {
+      const RealTime begin = std::max(end, turns_[n]);
       while (k + 1 < out_.size() && out_[k + 1].begin <= begin) ++k;
-      const Interval& given = steps_[static_cast<std::size_t>(n)];
+      const Interval& given = steps_[n];
       const double length = static_cast<double>((given.end - given.begin).ns) * (beside(k, begin) ? slowdown_ : 1);
       end = begin + Duration{std::llround(length)};
       out_[k].steps.push_back({begin, end});
@@ -176,6 +196,11 @@ class OwnLane {
   }
 
  private:
+  void spread_turns() {
+    const std::int64_t span = (steps_.back().begin - steps_.front().begin).ns, slots = std::ssize(steps_) - 1;
+    for (std::int64_t n = 0; n <= slots; ++n)
+      turns_[static_cast<std::size_t>(n)] = given_.front().begin + Duration{slots > 0 ? floor_mul_div(span, n, slots) : 0};
+  }
   void place_drawings() {
     RealTime drawn = given_.front().begin;
     for (const SegmentTiming& given : given_) {
@@ -198,7 +223,9 @@ class OwnLane {
 
   std::span<const SegmentTiming> given_;
   double slowdown_;
+  bool spread_;
   std::vector<Interval> steps_;
+  std::vector<RealTime> turns_;  // of the steps
   std::vector<SegmentTiming> out_;
 };
 
@@ -223,6 +250,7 @@ Result<WhatIf> parse_what_if(std::string_view text) {
 
 std::string text_of(const WhatIf& what_if) {
   std::vector<std::string> clauses;
+  if (what_if.spread) clauses.emplace_back("spread");
   const auto in_ms = [](Duration duration) { return fmt::format("{} ms", static_cast<double>(duration.ns) / 1e6); };
   if (what_if.split > 1) clauses.push_back(fmt::format("split {}", what_if.split));
   if (what_if.budget)
@@ -262,6 +290,7 @@ DrawingPrice price_of(std::span<const SegmentTiming> segments, std::span<const S
     without_until(segment.visualization->end);
   }
   if (end > drawn) without_until(end);
+  price.drawings_later = most_later(segments, before);
   const double now_s = length_s(segments), before_s = length_s(before);
   if (now_s <= 0) return price;
   price.drawings_per_s = static_cast<double>(price.drawings) / now_s;
@@ -281,9 +310,10 @@ Result<WhatIfTiming> apply(const WhatIf& what_if, std::span<const SegmentTiming>
   } else if (!any_drawing(segments) && (what_if.own_lane || what_if.budget)) {
     return Failure(std::string("it has no visualizations, so nobody knows which pauses are drawings"));
   } else if (what_if.own_lane) {
-    out.segments = OwnLane(segments, *what_if.own_lane).timing();
+    out.segments = OwnLane(segments, *what_if.own_lane, what_if.spread).timing();
   } else {
-    FrameGovernor governor{what_if.split, what_if.budget, what_if.over_budget, what_if.forecast, what_if.pace};
+    FrameGovernor governor{what_if.split,    what_if.budget, what_if.over_budget,
+                           what_if.forecast, what_if.pace,   what_if.spread};
     out.segments = governed(segments, governor);
     if (what_if.pace_percentile) {
       const std::optional<Duration> first = causally ? std::optional(kFirstLook) : std::nullopt;

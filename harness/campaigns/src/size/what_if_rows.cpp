@@ -52,18 +52,22 @@ class Rows {
     out.segments_lost = price.segments_lost;
     const Extent extent(changed->segments);
     setup_.end = extent.end + Duration{1};
-    out.pause_bound = pause_bound(changed->segments, extent);
+    // A recording is spread from its second segment on.
+    const bool learns = what_if.spread && !what_if.own_lane && segments.size() > 1;
+    out.pause_bound = pause_bound(changed->segments, extent, learns ? segments[1].begin : extent.first);
     for (const StrategyKind map : maps_) out.maps.push_back(map_row(map, changed->segments, extent));
     return out;
   }
 
  private:
-  Duration pause_bound(std::span<const SegmentTiming> segments, const Extent& extent) const {
+  /// Of the steps that begin at or after `from`.
+  Duration pause_bound(std::span<const SegmentTiming> segments, const Extent& extent, RealTime from) const {
     PauseBound bound(extent.slot());
     std::optional<Interval> before;
     const bool linear = setup_.emission == Emission::linear;
     for (const SegmentTiming& segment : segments) {
       for (const Interval& step : segment.steps) {
+        if (step.begin < from) continue;
         if (!linear) bound.add(step.begin, step.end);
         if (linear && before) bound.add(before->begin, step.end);
         before = step;

@@ -17,6 +17,9 @@ namespace evenstep {
 
 /// The timing's segments, with its frame governor if it has one.
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing);
+/// The same for a wall clock: steps of step = "real" have no programmed length, and with steps = "spread" wait for their
+/// slots.
+std::unique_ptr<StepTiming> make_wall_timing(const TimingSpec& timing);
 /// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a
 /// slot.
 std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time);

@@ -1,6 +1,6 @@
 #pragma once
-/// A frame governor: shortens the pauses that drawings make between steps, as a simulator can do it itself. It is a
-/// StepTiming over another one, so that the sizing pass, a virtual run and a run on a wall clock see the same governed
+/// A frame governor: shortens the pauses that drawings and waiting make between steps, as a simulator can do it itself. It
+/// is a StepTiming over another one, so that the sizing pass, a virtual run and a run on a wall clock see the same governed
 /// schedule.
 ///
 /// Every segment of the source becomes `split` = K opportunities to draw, with its N steps shared out between them:
@@ -28,11 +28,25 @@
 /// if it waited there (the gap before it is longer than P / 100); otherwise it is the turn of the segment before plus P, or
 /// its begin if that is earlier. Opportunity j of a segment has its turn j P/K later, so idle time is shared out, too. With
 /// `pace` opportunity n has its turn at n pace / K after the first begin, whatever the source did.
+///
+/// With `spread` the steps of a segment do not follow each other in a burst, after which the simulator waits: step i begins
+/// no earlier than its slot, the segment's turn + i T/N, rounded down. A step that is late follows at once, so what a long
+/// drawing or step has delayed is caught up with as soon as without `spread`. No step is dropped, and the order stays.
+///   T   `pace`, or else the source's period P. A source that runs freely does not wait, and its steps stay as they are
+///   N   the number of the segment's steps
+/// Of a recording nobody has programmed T, P and N, so they are what was usual in its last 8 segments: T = P is the lower
+/// median of their lengths, if at least half of them ended with idle time (more than 1 % of their length); N is the most
+/// steps that one of them had. The first segment is a burst, and is not split. Steps beyond N have the slot of step N - 1,
+/// and when the recording's next segment begins no step waits any more. So what the governor does up to an instant is the
+/// same whatever comes after, and a step begins later than without `spread` by at most the length of one segment of the
+/// source; if T and N are programmed and no step is longer than its slot, no later than its slot or its begin without
+/// `spread` (gaps of the source that are no idle time come on top).
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "evenstep/scheduler/step_timing.h"
 
@@ -46,6 +60,7 @@ struct FrameGovernor {
   OverBudget over_budget = OverBudget::merge;  ///< what becomes of a drawing that would take longer
   int forecast = 2;                            ///< m, of skip and hold; 0 to 1000
   std::optional<Duration> pace;                ///< period of the source's segments; > 0
+  bool spread = false;                         ///< steps wait for their slots
 };
 
 /// The period of the grid that these segments keep to: their median length, if half of them are within 1 % of it and at
@@ -59,5 +74,7 @@ std::optional<Duration> grid_period(const ProgrammedTiming& timing);
 /// a drawing.
 std::unique_ptr<StepTiming> make_governed_timing(std::unique_ptr<StepTiming> source, const FrameGovernor& governor,
                                                  std::optional<Duration> grid);
+/// The same over a recording. Its grid is grid_period() of the whole recording; with `spread` it is learned.
+std::unique_ptr<StepTiming> make_governed_replay(std::vector<SegmentTiming> recording, const FrameGovernor& governor);
 
 }  // namespace evenstep

@@ -260,4 +260,7 @@ Duration replay_duration(std::span<const SegmentTiming> segments);
 /// Plays a recording. `segments` are those read from timing.csv (recordings/timing_csv.h), already validated.
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments);
 
+/// step = "real": the steps of a segment run one after the other as fast as the solver can, without a programmed minimum.
+std::unique_ptr<StepTiming> make_real_steps(std::unique_ptr<StepTiming> programmed);
+
 }  // namespace evenstep

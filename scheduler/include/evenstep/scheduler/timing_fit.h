@@ -60,6 +60,8 @@ struct TimingFit {
   double segment_variation = 0;  ///< robust variation of T
   double work_variation = 0;     ///< of V + N s, over T: by how much T would vary without pacing
   double idle_share = 0;         ///< share of the time; concurrent: of the time of the visualization's lane
+  double between_share = 0;      ///< share of that idle time that lies between the steps of a segment
+  bool spread = false;           ///< paced, and at least half of it does: steps wait for their slots (frame_governor.h)
   std::int64_t late = 0;         ///< segments more than 1 % longer than the grid's
 };
 

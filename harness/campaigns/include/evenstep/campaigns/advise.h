@@ -31,7 +31,8 @@ struct AdviseOptions {
   std::vector<Rate> bandwidths{{1, 1}, {2, 1}};  ///< of `phase_locked`
   std::vector<std::string> renderers{"hold", "linear", "local", "device_spring"};
   /// What a simulator could change (what_if.h), in the form that it can do without knowing the future. Empty: split 2, a
-  /// budget of the 90th percentile of the drawings, pace 90 % and own-lane.
+  /// budget of the 90th percentile of the drawings, pace 90 %, own-lane without and with spread; before them spread, where
+  /// the segments wait for a tenth of the time.
   std::optional<std::vector<WhatIf>> governors;
   std::string program = "evenstep";  ///< how evenstep is called, for comments in the scenarios
   int threads = 0;                   ///< how many choices run at the same time; 0: one per core. The result is the same

@@ -3,7 +3,8 @@
 ///
 /// The schedule is that of a run on a wall clock with step = "real". A segment begins when [timing] says, or when the one
 /// before it is done, whichever is later. Its visualization is a pause of the given length, in which nothing is drawn and
-/// nothing runs, unless RecordControl has one that is really run. Its steps follow each other as fast as the solver can.
+/// nothing runs, unless RecordControl has one that is really run. Its steps follow each other as fast as the solver can, or,
+/// with the governor's steps = "spread", wait for their slots.
 /// There is no hand and no device: the tools move as their [device] motions say, and no map runs. What only evenstep's own
 /// checks need of a solver (state digest, energy) is left out.
 ///

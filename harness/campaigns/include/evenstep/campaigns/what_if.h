@@ -3,6 +3,7 @@
 /// paced segments, or with a lane for the drawings; and what that costs. Pure: the same timing gives the same answer.
 /// Text form, as `evenstep size --what-if` and `evenstep advise` take it, clauses in any order:
 ///
+///   spread                      steps wait for their slots instead of following each other in a burst
 ///   split 2                     each drawing in 2 parts with steps between them
 ///   budget 20 ms [merge]        a pause of at most that: what is left of a drawing is drawn in the next pauses
 ///   budget 20 ms skip|hold      a drawing that would take longer is not made; its steps follow at once, or as usual
@@ -11,13 +12,14 @@
 ///                               the grid that they keep to already), or a period
 ///   own-lane [1.3]              drawings in a lane of their own; steps that begin beside one take so many times as long
 ///
-/// They are applied in the order split, budget, pace. All but own-lane are what a frame governor does
+/// They are applied in the order split, budget, pace, spread. All but own-lane are what a frame governor does
 /// (scheduler/frame_governor.h).
 ///
-/// own-lane: no step waits for a drawing any more. Each drawing begins when it did, or when the drawing before it ends. Step
-/// n begins n mean slots of the recording after the first segment, or when the step before it ends, because simulated time
-/// must not get ahead of real time. Drawings take as long as they did. own-lane goes with no other clause, because there is
-/// no pause left.
+/// own-lane: no step waits for a drawing any more. Each drawing begins when it did, or when the drawing before it ends, and
+/// takes as long as it did. The steps of a segment begin with it, in a burst; with spread, step n begins n mean slots of the
+/// recording after the first segment. Either way a step begins no earlier than the one before it ends. So simulated time
+/// does not get ahead of real time, and own-lane alone removes the drawing from a pause, not the waiting. It goes with no
+/// other clause, because there is no pause for a drawing left.
 
 #include <optional>
 #include <span>
@@ -39,6 +41,7 @@ struct WhatIf {
   std::optional<double> pace_percentile;  ///< in (0, 1]
   std::optional<Duration> pace;
   std::optional<double> own_lane;  ///< slow-down of steps, >= 1
+  bool spread = false;
 
   friend bool operator==(const WhatIf&, const WhatIf&) = default;
 };
@@ -63,6 +66,7 @@ struct DrawingPrice {
   Duration longest_without_drawing;   ///< from one drawing's end to the next one's; the timing's two ends count, too
   Duration longest_drawing_pause;     ///< of steps, for a drawing or a part of one; 0 with a lane of their own
   double simulated_against_real = 1;  ///< steps per real time, as a multiple of that of the timing before
+  Duration drawings_later;            ///< most by which a drawing begins later than it did; 0 unless there are as many
   double segments_lost = 0;           ///< by what share steps, and so segments, per real time are fewer than before; >= 0
 };
 

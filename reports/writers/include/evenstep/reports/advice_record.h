@@ -52,6 +52,8 @@ struct AdviceChoice {
   std::optional<bool> comes_to_rest;
   double drawings_lost = 0, simulated_lost = 0;  ///< shares, against the timing as it was recorded
 
+  Duration drawings_later;  ///< most by which a drawing begins later than it was recorded, if none is lost
+
   bool ranked = false;            ///< all its prices are known, and its hand comes to rest as far as can be told
   bool on_front = false;          ///< no other ranked choice that needs no more beats it
   std::vector<int> dominated_by;  ///< numbers of choices on the front

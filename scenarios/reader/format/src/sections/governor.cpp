@@ -46,6 +46,7 @@ void check_budget(const Table& governor, Errors& errors) {
 
 void read_governor(ScenarioReading& reading, const Table& governor) {
   FrameGovernor out;
+  out.spread = governor.text("steps") == "spread";
   out.split = static_cast<int>(governor.integer("split"));
   if (governor.has("budget")) out.budget = governor.duration("budget");
   const auto over = std::find(std::begin(kOverBudget), std::end(kOverBudget), governor.text("over_budget"));
@@ -69,7 +70,12 @@ void read_governor(ScenarioReading& reading, const Table& governor) {
 const std::vector<Field>& governor_fields() {
   static const std::vector<Field> rows{
       {.table = "timing", .key = "governor", .forms = kTable,
-       .meaning = "A frame governor: what the simulator does so that drawings make shorter pauses (docs/choose/pauses.md)."},
+       .meaning = "A frame governor: what the simulator does so that pauses are shorter (docs/choose/pauses.md)."},
+      {.table = "timing.governor", .key = "steps", .forms = kWord, .default_toml = "\"burst\"",
+       .meaning =
+           "`spread`: step i of N begins no earlier than i T/N after its segment's turn; a late one follows at once. T and "
+           "N of a recording are what was usual in its last 8 segments. `burst`: steps wait for nothing.",
+       .words = "burst|spread"},
       {.table = "timing.governor", .key = "split", .forms = kInteger, .default_toml = "1",
        .meaning = "Each drawing is made in this many parts, with the steps shared out between them.",
        .range = between(1, 1000)},

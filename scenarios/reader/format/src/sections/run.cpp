@@ -38,8 +38,7 @@ namespace {
 /// How long a run of the whole recording is; a governor makes it shorter or longer.
 Duration length_of_trace(const TimingSpec& timing) {
   if (timing.trace.empty() || !timing.governor) return replay_duration(timing.trace);
-  const auto governed =
-      make_governed_timing(make_replayed_timing(timing.trace), *timing.governor, grid_period(timing.trace));
+  const auto governed = make_governed_replay(timing.trace, *timing.governor);
   std::vector<SegmentTiming> segments;
   for (SegmentTiming segment; governed->next(segment);) segments.push_back(segment);
   return std::min(replay_duration(segments), Duration{1'000'000'000'000'000});  // 1e6 s, as long as any run may be
