@@ -14,14 +14,14 @@ SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
   const std::int64_t size_ns = instant_ns(step_rate, 1);
   SizeClock clock{.step = {size_ns}};
   std::int64_t done = 0, steps = 0, frames = 0;
-  std::optional<std::int64_t> least_ns;
+  std::optional<std::int64_t> least_ns, before_ns;  // of the frames so far; of the last one
   std::int64_t most_ns = INT64_MIN;
   for (SegmentTiming& segment : segments) {
     if (segment.steps.empty()) continue;
     const std::int64_t count = std::ssize(segment.steps);
     if (!given) {
       const std::int64_t behind_ns = segment.begin.ns - sim_time(step_rate, done + count).ns;
-      if (least_ns && behind_ns > *least_ns + 2 * size_ns) {
+      if (least_ns && behind_ns > *least_ns + 2 * size_ns && behind_ns > *before_ns + size_ns) {
         const std::int64_t dropped = (behind_ns - *least_ns) / size_ns;
         done += dropped;
         clock.dropped += dropped;
@@ -30,6 +30,7 @@ SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
       for (std::int64_t i = 0; i < count; ++i) segment.simulated.push_back(sim_time(step_rate, done++));
     }
     const std::int64_t behind_ns = segment.begin.ns - segment.simulated.back().ns - size_ns;
+    before_ns = behind_ns;
     least_ns = std::min(least_ns.value_or(behind_ns), behind_ns);
     most_ns = std::max(most_ns, behind_ns);
     steps += count;

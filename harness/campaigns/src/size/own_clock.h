@@ -14,8 +14,9 @@ namespace evenstep::internal {
 /// and one with hysteresis within two. So the steps follow a clock if all r_k lie within two dt.
 ///
 /// Segments without t(n) get it: t(n) = m dt, m = n plus what was dropped before. Where r_k is more than two dt above the
-/// least r so far, whole steps were dropped before that frame, as many as bring r_k within one dt of the least. If that
-/// happens in more than a tenth of the frames, or the steps follow no clock, the segments are left without t(n).
+/// least r so far and more than one above r_(k-1) (so it does not creep there, as with another step size), whole steps were
+/// dropped before that frame, as many as bring r_k within one dt of the least. If that happens in more than a tenth of the
+/// frames, or the steps follow no clock, the segments are left without t(n).
 SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate);
 /// Whether any step has a t(n).
 bool has_clock(const std::vector<SegmentTiming>& segments);
