@@ -60,7 +60,7 @@ Task record(Scheduler& scheduler, StepRecorder& recorder, const SolverStep& step
     co_await scheduler.until(RealTime{100 * n}, Lane::launch, "step");
     const Slot slot{RealTime{100 * n}, found[i].slot};
     recorder.hand(0, n, slot, {{}, found[i].status, slot.read - kLacking}, found[i].waited);
-    recorder.step(scheduler, {}, slot, slot.read, {}, step);
+    recorder.step(scheduler, {}, {}, slot, slot.read, {}, step);
   }
 }
 
