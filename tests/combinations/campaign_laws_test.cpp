@@ -93,7 +93,7 @@ TEST_CASE("What fails is shrunk to what still fails, and two runs of it do not d
 }
 
 TEST_CASE("A live run of a drawn scenario with simulated devices, recorded, is replayed to the same hash") {
-  judge_drawn(6, [](Law& law, GeneratedScenario drawn) {
+  judge_drawn(16, [](Law& law, GeneratedScenario drawn) {
     const Bench& bench = law.bench;
     if (!make_plain(drawn)) return false;
     std::ofstream(bench.scenario()) << drawn.toml;

@@ -153,8 +153,8 @@ struct Stand {
 Stand stand_of(const Field& field, const std::string& folder, const Registry& registry) {
   Stand stand;
   ScenarioGenerator generator(1, folder, registry);
-  for (int attempt = 0; attempt < 40 && !stand.scenario.is_valid; ++attempt)
-    stand.scenario = generator.scenario_with(field, 0.02 + 0.01 * attempt);
+  for (int attempt = 0; attempt < 200 && !stand.scenario.is_valid; ++attempt)
+    stand.scenario = generator.scenario_with(field, 0.02 + 0.01 * (attempt % 40));
   const std::vector<ScenarioTable*> tables = tables_at(stand.scenario.root, field.table);
   if (stand.scenario.is_valid && !tables.empty()) stand.table = tables.front();
   stand.key = field.key == "*" ? "remap.latency" : field.key;

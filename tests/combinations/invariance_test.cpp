@@ -220,12 +220,13 @@ TEST_CASE("A recording that begins at another time is the same recording") {
     std::string line, moved;
     while (std::getline(rows, line)) {
       std::smatch cells;
-      if (!std::regex_match(line, cells, std::regex("(.*),(-?[0-9]+),(-?[0-9]+)"))) {
+      if (!std::regex_match(line, cells, std::regex("([^,]*,[^,]*,[^,]*),(-?[0-9]+),(-?[0-9]+)(,.*)?"))) {
         moved += line + '\n';
         continue;
       }
       constexpr std::int64_t kBy_ns = 1'234'567'891;
-      moved += fmt::format("{},{},{}\n", cells[1].str(), std::stoll(cells[2]) + kBy_ns, std::stoll(cells[3]) + kBy_ns);
+      moved += fmt::format("{},{},{}{}\n", cells[1].str(), std::stoll(cells[2]) + kBy_ns, std::stoll(cells[3]) + kBy_ns,
+                           cells[4].str());
     }
     if (std::count(moved.begin(), moved.end(), '\n') < 3) return false;
     std::ofstream(bench.path() + "/here.csv") << content_of(bench.path() + "/run/timing.csv");

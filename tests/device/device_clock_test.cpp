@@ -187,7 +187,7 @@ TEST_CASE("a clock that was set is followed anew, and what was moved is counted"
   CHECK((clock.ages().ages.count() == 1 && clock.ages().ages.largest() == Duration{4}));
 }
 
-TEST_CASE("after a restart a clock is followed as one that nobody has followed before: 500 random devices and pasts") {
+TEST_CASE("after a restart a clock is followed as one that nobody has followed before, by 500 random devices and pasts") {
   // Times do not decrease: as long as those from before the restart are ahead, each is 1 ns after the one before, or the
   // read.
   std::int64_t held = 0, judged = 0;

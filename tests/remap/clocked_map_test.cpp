@@ -77,7 +77,8 @@ std::int64_t largest_jump_ns(const std::vector<Placed>& placed) {
 
 }  // namespace
 
-TEST_CASE("while nothing is dropped, slots of clocked are even to 1 ns whatever the frames do: 100 000 loops", "[sweep]") {
+TEST_CASE("while nothing is dropped, slots of clocked are even to 1 ns whatever the frames do, in 100 000 loops",
+          "[sweep]") {
   for (std::uint64_t seed = 0; seed < 100'000; ++seed) {
     Draw draw(seed);
     const Loop loop = random_loop(draw, 0);
@@ -90,7 +91,7 @@ TEST_CASE("while nothing is dropped, slots of clocked are even to 1 ns whatever 
   }
 }
 
-TEST_CASE("dropped time moves the slots of clocked by at most what is stated per step, and no further: 100 000 loops",
+TEST_CASE("dropped time moves the slots of clocked by at most what is stated per step, and no further, in 100 000 loops",
           "[sweep]") {
   std::int64_t dropping = 0;
   for (std::uint64_t seed = 0; seed < 100'000; ++seed) {
@@ -120,7 +121,7 @@ TEST_CASE("dropped time moves the slots of clocked by at most what is stated per
   CHECK(dropping > 10'000);
 }
 
-TEST_CASE("with the least lead and latency of clocked nothing is missing or late, with 1 ns less one is: 10 000 loops",
+TEST_CASE("with the least lead and latency of clocked nothing is missing or late, with 1 ns less one is, in 10 000 loops",
           "[sweep]") {
   for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
     Draw draw(seed);

@@ -123,6 +123,6 @@ TEST_CASE("lines and paths that were restarted are those of the later steps alon
 TEST_CASE("a resampler is full of new samples: what it plays is as if there had been no others, 20,000 sources") {
   for_all_draws(20'000, resampler_forgets);
 }
-TEST_CASE("after settling_time() of a constant a filter is as one that begins with it: 2,000 histories") {
+TEST_CASE("after settling_time() of a constant a filter is as one that begins with it, in 2,000 histories") {
   for_all_draws(2'000, filters_settle);
 }

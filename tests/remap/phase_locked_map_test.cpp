@@ -399,7 +399,7 @@ TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 10
   }
 }
 
-TEST_CASE("after a slow start that is forgotten all slots are those of the schedule without it: 2000 random ones") {
+TEST_CASE("after a slow start that is forgotten all slots are those of the schedule without it, in 2,000 random ones") {
   // From the second segment without the start on, the first that is mapped there. Slots that are ahead of them wait for them
   // at a tenth of the pace, because slots never step back.
   std::int64_t ahead = 0, judged = 0;

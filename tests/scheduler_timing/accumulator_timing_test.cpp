@@ -101,7 +101,7 @@ TEST_CASE("jitter_fix keeps N at one where steps are as frequent as frames, and 
   CHECK(changes(play(timing, 3'000)) <= 3);
 }
 
-TEST_CASE("no frame is ahead of what is due by more than jitter_fix, nor behind by more than it and a step: 10 000 loops",
+TEST_CASE("no frame is ahead of what is due by more than jitter_fix, nor behind by more than it and a step, in 10 000 loops",
           "[sweep]") {
   for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
     const RandomStream random(seed, "loops");

@@ -99,7 +99,7 @@ TEST_CASE(
 
 /// Without drops the slots are t plus a constant, so the least latency is the range of S(n) - t(n) over all steps, from the
 /// begin of one to the end of another, plus the device's period.
-TEST_CASE("the least latency of clocked is the range of the loop's lag, plus a period: 1 000 loops", "[sweep]") {
+TEST_CASE("the least latency of clocked is the range of the loop's lag, plus a period, in 1 000 loops", "[sweep]") {
   for (std::uint64_t seed = 0; seed < 1'000; ++seed) {
     const RandomStream random(seed, "loops");
     const auto draw = [&](std::uint64_t n, std::int64_t least, std::int64_t most) {
