@@ -48,10 +48,9 @@ class AccumulatorTiming final : public StepTiming {
         steps_first_(timing.order == SegmentOrder::steps_first),
         grid_(timing.paced ? std::optional<Rate>(timing.segment) : std::nullopt),
         drift_per_s_(timing.drift_per_s),
-        first_step_(timing.first_step),
         means_(timing),
         visualizations_(timing),
-        steps_(timing),
+        turns_(timing),
         refresh_(timing.seed, "timing.refresh") {
     assert(timing.order != SegmentOrder::concurrent && timing.slowdown == 1 && timing.step);
     assert(loop_.step_rate.num > 0 && loop_.step_rate.den > 0 && (!loop_.max_steps || *loop_.max_steps > 0));
@@ -61,7 +60,7 @@ class AccumulatorTiming final : public StepTiming {
 
   bool next(SegmentTiming& segment) override {
     segment.index = index_;
-    segment.begin = end_ = begin_;
+    segment.begin = turns_.end = begin_;
     segment.visualization.reset();
     segment.steps.clear();
     segment.simulated.clear();
@@ -69,9 +68,12 @@ class AccumulatorTiming final : public StepTiming {
     const MeansInForce::Means& means = means_.at(segment.begin);
     const double drift = drift_factor(drift_per_s_, segment.begin);
     const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift);
-    if (!steps_first_) append_visualization(segment, visualization);
-    for (std::int64_t left = steps_due(segment.begin); left > 0; --left) append_step(segment, means.step, drift);
-    if (steps_first_) append_visualization(segment, visualization);
+    if (!steps_first_) turns_.append_visualization(segment, visualization);
+    for (std::int64_t left = steps_due(segment.begin); left > 0; --left) {
+      segment.simulated.push_back(sim_time(loop_.step_rate, done_++));
+      turns_.append_step(segment, means.step, drift);
+    }
+    if (steps_first_) turns_.append_visualization(segment, visualization);
     ++index_;
     segment.end = begin_ = next_begin();
     return true;
@@ -90,38 +92,23 @@ class AccumulatorTiming final : public StepTiming {
     return *loop_.max_steps;
   }
   RealTime next_begin() {
-    if (!grid_) return end_;
-    tick_ = std::max(tick_ + 1, first_tick_at_or_after(*grid_, end_));
+    if (!grid_) return turns_.end;
+    tick_ = std::max(tick_ + 1, first_tick_at_or_after(*grid_, turns_.end));
     const auto latest = static_cast<std::uint64_t>(loop_.refresh_jitter.ns) + 1;
     const Duration late{static_cast<std::int64_t>(refresh_.below(static_cast<std::uint64_t>(index_), latest))};
     return tick_time(*grid_, tick_) + late;
-  }
-  Interval append(Duration duration) {
-    const RealTime begin = std::exchange(end_, end_ + duration);
-    return {begin, end_};
-  }
-  void append_visualization(SegmentTiming& segment, std::optional<Duration> duration) {
-    if (!duration) return;
-    segment.visualization = append(*duration);
-    after_visualization_ = true;
-  }
-  void append_step(SegmentTiming& segment, Duration mean, double drift) {
-    const bool first = std::exchange(after_visualization_, false);
-    segment.simulated.push_back(sim_time(loop_.step_rate, done_++));
-    segment.steps.push_back(append(steps_.next(segment.begin, mean, first ? drift * (1.0 + first_step_) : drift)));
   }
 
   Accumulator loop_;
   bool steps_first_;
   std::optional<Rate> grid_;
-  double drift_per_s_, first_step_;
+  double drift_per_s_;
   MeansInForce means_;
   VisualizationCost visualizations_;
-  StepCost steps_;
+  Turns turns_;
   RandomStream refresh_;
   StepsPerFrame smoothed_;
-  RealTime begin_, end_;  // of the next frame; of the work so far
-  bool after_visualization_ = false;
+  RealTime begin_;  // of the next frame
   std::int64_t index_ = 0, tick_ = 0;
   std::int64_t done_ = 0;  // steps run or dropped
 };

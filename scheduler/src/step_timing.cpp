@@ -66,17 +66,16 @@ class TakingTurns final : public StepTiming {
         grid_(timing.paced ? std::optional<Rate>(timing.segment) : std::nullopt),
         wake_(timing.wake),
         drift_per_s_(timing.drift_per_s),
-        first_step_(timing.first_step),
         means_(timing),
         visualizations_(timing),
-        steps_(timing),
+        turns_(timing),
         step_counts_(timing.seed, "timing.step_count") {
     assert(timing.slowdown == 1);
   }
 
   bool next(SegmentTiming& segment) override {
     segment.index = index_;
-    segment.begin = end_;
+    segment.begin = turns_.end;
     segment.visualization.reset();
     segment.steps.clear();
     segment.concurrent = false;
@@ -84,16 +83,16 @@ class TakingTurns final : public StepTiming {
     const double drift = internal::drift_factor(drift_per_s_, segment.begin);
     const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift);
 
-    if (order_ == SegmentOrder::visualization_first) append_visualization(segment, visualization);
+    if (order_ == SegmentOrder::visualization_first) turns_.append_visualization(segment, visualization);
     const int count = means.steps[step_counts_.below(static_cast<std::uint64_t>(index_), means.steps.size())];
-    for (int i = 0; i < count; ++i) append_step(segment, means.step, drift);
+    for (int i = 0; i < count; ++i) turns_.append_step(segment, means.step, drift);
     if (order_ == SegmentOrder::steps_first) {
-      if (grid_ && visualization) end_ = std::max(end_, tick_time(*grid_, index_ + 1) - *visualization);
-      append_visualization(segment, visualization);
+      if (grid_ && visualization) turns_.end = std::max(turns_.end, tick_time(*grid_, index_ + 1) - *visualization);
+      turns_.append_visualization(segment, visualization);
     }
     ++index_;
-    if (grid_) end_ = wake_up(*grid_, segment.begin);
-    segment.end = end_;
+    if (grid_) turns_.end = wake_up(*grid_, segment.begin);
+    segment.end = turns_.end;
     return true;
   }
 
@@ -101,34 +100,19 @@ class TakingTurns final : public StepTiming {
   /// When the next segment begins, if this one began at `began`.
   RealTime wake_up(Rate grid, RealTime began) const {
     if (wake_ == WakeUp::absolute_grid)
-      return tick_time(grid, first_tick_at_or_after(grid, std::max(end_, began + Duration{1})));
-    if (wake_ == WakeUp::from_last_update) return std::max(end_, began + Duration{instant_ns(grid, 1)});
-    return std::max(end_, tick_time(grid, index_));
-  }
-  Interval append(Duration duration) {
-    const RealTime begin = std::exchange(end_, end_ + duration);
-    return {begin, end_};
-  }
-  void append_visualization(SegmentTiming& segment, std::optional<Duration> duration) {
-    if (!duration) return;
-    segment.visualization = append(*duration);
-    after_visualization_ = true;
-  }
-  void append_step(SegmentTiming& segment, Duration mean, double drift) {
-    const bool first = std::exchange(after_visualization_, false);
-    segment.steps.push_back(append(steps_.next(segment.begin, mean, first ? drift * (1.0 + first_step_) : drift)));
+      return tick_time(grid, first_tick_at_or_after(grid, std::max(turns_.end, began + Duration{1})));
+    if (wake_ == WakeUp::from_last_update) return std::max(turns_.end, began + Duration{instant_ns(grid, 1)});
+    return std::max(turns_.end, tick_time(grid, index_));
   }
 
   SegmentOrder order_;
   std::optional<Rate> grid_;
   WakeUp wake_;
-  double drift_per_s_, first_step_;
+  double drift_per_s_;
   internal::MeansInForce means_;
   internal::VisualizationCost visualizations_;
-  internal::StepCost steps_;
+  internal::Turns turns_;
   RandomStream step_counts_;
-  RealTime end_{};
-  bool after_visualization_ = false;
   std::int64_t index_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "evenstep/time/reproducible_math.h"
 
@@ -56,6 +57,22 @@ double hitches_ns(const ProgrammedTiming& timing, double usual_segment_ns) {
 }
 
 }  // namespace
+
+Interval Turns::append(Duration duration) {
+  const RealTime begin = std::exchange(end, end + duration);
+  return {begin, end};
+}
+
+void Turns::append_visualization(SegmentTiming& segment, std::optional<Duration> length) {
+  if (!length) return;
+  segment.visualization = append(*length);
+  after_visualization_ = true;
+}
+
+void Turns::append_step(SegmentTiming& segment, Duration mean, double drift) {
+  const bool first = std::exchange(after_visualization_, false);
+  segment.steps.push_back(append(steps_.next(segment.begin, mean, first ? drift * (1.0 + first_step_) : drift)));
+}
 
 double drift_factor(double drift_per_s, RealTime begin) { return 1.0 + drift_per_s * seconds(begin); }
 

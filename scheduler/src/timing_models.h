@@ -119,6 +119,22 @@ class StepCost {
   std::uint64_t n_ = 0;
 };
 
+/// Visualizations and steps that take turns: each begins when the one before it ends.
+class Turns {
+ public:
+  explicit Turns(const ProgrammedTiming& timing) : steps_(timing), first_step_(timing.first_step) {}
+  void append_visualization(SegmentTiming& segment, std::optional<Duration> length);
+  void append_step(SegmentTiming& segment, Duration mean, double drift);
+  RealTime end;  ///< of what has been appended, and of the wait after it
+
+ private:
+  Interval append(Duration duration);
+
+  StepCost steps_;
+  double first_step_;
+  bool after_visualization_ = false;
+};
+
 /// 1 + r B: the factor of drift on a duration in a segment that begins at B.
 double drift_factor(double drift_per_s, RealTime begin);
 
