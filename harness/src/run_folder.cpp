@@ -1,4 +1,5 @@
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/suffered.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -62,8 +63,8 @@ std::string report_of(const Scenario& scenario, const RunOutcome& outcome, const
                       const std::string& study) {
   const CaseRecord* const case_record = outcome.case_record ? &*outcome.case_record : nullptr;
   return run_page({outcome.record, outcome.metrics, outcome.results, case_record, kVersion, name_of(outcome.verdict),
-                   outcome.failure, outcome.exit == ExitCode::pass ? "" : outcome.remedy, reproduce, study,
-                   sources_of(scenario, outcome)});
+                   suffered_lines(outcome), outcome.failure, outcome.exit == ExitCode::pass ? "" : outcome.remedy, reproduce,
+                   study, sources_of(scenario, outcome)});
 }
 
 }  // namespace

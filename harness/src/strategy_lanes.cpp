@@ -95,6 +95,7 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.non_finite = verdict.non_finite;
   record.first_bad_step = verdict.first_bad_step;
   record.energy_growth = verdict.energy_growth;
+  record.memoryless = is_memoryless(scene);
   record.variable_step = scene.variable_step;
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;

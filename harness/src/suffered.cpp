@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "evenstep/reports/pace.h"
 #include "src/judge.h"
 
 namespace evenstep {
@@ -38,6 +39,8 @@ constexpr std::array kOfDevice = std::to_array<Harm>(
 constexpr std::array kOfStrategy = std::to_array<Harm>({{"solver", "non_finite", "values not finite"},
                                                         {"solver", "steps_not_begun", "steps that did not begin"},
                                                         {"solver", "steps_dropped", "steps dropped by the loop"}});
+/// It may be too slow as well as too fast.
+constexpr Harm kPace = {"solver", "simulated_per_real", ""};
 
 bool has_word(std::string_view words, std::string_view word) {
   return (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
@@ -59,6 +62,15 @@ bool is_asserted(const Harm& harm, const std::string& signal, const std::string&
 std::string suffered_lines(const RunOutcome& outcome) {
   // What several have suffered alike stands in one line.
   std::vector<std::pair<std::string, std::vector<std::string>>> suffered_by;
+  const auto say = [&](const std::string& what, const std::string& who) {
+    if (what.empty()) return;
+    const auto same =
+        std::find_if(suffered_by.begin(), suffered_by.end(), [&](const auto& one) { return one.first == what; });
+    if (same == suffered_by.end())
+      suffered_by.push_back({what, {who}});
+    else
+      same->second.push_back(who);
+  };
   const auto add = [&](const std::string& device, const StrategyRecord& strategy, std::span<const Harm> harms) {
     std::vector<std::string> suffered;
     const std::string before = device.empty() ? "" : device + ".";
@@ -70,23 +82,19 @@ std::string suffered_lines(const RunOutcome& outcome) {
       suffered.push_back(harm.of_judged ? fmt::format("{} of {} {}", count, judged, harm.words)
                                         : fmt::format("{} {}", count, harm.words));
     }
-    if (suffered.empty()) return;
-    const std::string what = fmt::format("{}", fmt::join(suffered, ", ")), who = before + strategy.name;
-    const auto same =
-        std::find_if(suffered_by.begin(), suffered_by.end(), [&](const auto& one) { return one.first == what; });
-    if (same == suffered_by.end())
-      suffered_by.push_back({what, {who}});
-    else
-      same->second.push_back(who);
+    say(fmt::format("{}", fmt::join(suffered, ", ")), before + strategy.name);
   };
   for (const StrategyRecord& strategy : outcome.record.strategies) {
     for (const DeviceRecord& device : strategy.devices) add(device.name, strategy, kOfDevice);
     add("", strategy, kOfStrategy);
+    const std::string solver = "solver." + strategy.name;
+    if (!strategy.solver.memoryless && !is_asserted(kPace, solver, "", outcome.results))
+      say(text(pace_of(strategy, outcome.record.nominal.slot_s)), strategy.name);
   }
-  std::string text;
+  std::string lines;
   for (const auto& [what, who] : suffered_by)
-    text += fmt::format("suffered     {}: {}; nothing asserts this\n", fmt::join(who, ", "), what);
-  return text;
+    lines += fmt::format("suffered     {}: {}; nothing asserts this\n", fmt::join(who, ", "), what);
+  return lines;
 }
 
 }  // namespace evenstep

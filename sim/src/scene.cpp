@@ -47,6 +47,9 @@ bool accounts_energy(const Scene& scene) {
 bool costs_little(const Scene& scene) {
   return std::visit([](const auto& body) { return body.kCostsLittle; }, scene.body);
 }
+bool is_memoryless(const Scene& scene) {
+  return std::visit([](const auto& body) { return body.kMemoryless; }, scene.body);
+}
 bool has_stiffness(const Scene& scene) {
   return std::visit(
       [](const auto& body) {

@@ -66,6 +66,23 @@ TEST_CASE("what a run suffered is said unless an expectation that was judged ask
   CHECK(with("left.force.paper", "jump_max", Verdict::pass) == late + solver + direct);
 }
 
+TEST_CASE("a scene that moves faster than real time is said to suffer it unless that is asserted, and a spring is not") {
+  const auto said = [](const std::string& file, const std::string& expect) {
+    return suffered_lines(run_scenario(
+        read(file,
+             {"run.duration=\"0.4 s\"", "run.warmup=\"0.2 s\"", "run.strategies=[\"direct\"]", "scene.step_size=\"90 Hz\"",
+              "expect=[{ signal = \"run\", metric = \"strategies\", equals = 1 }" + expect + "]"}),
+        {}));
+  };
+  // 450 steps a second, each of 1/90 s.
+  CHECK_THAT(said("closed-loop/tissue-ripple.toml", ""),
+             Catch::StartsWith("suffered     direct: simulated time passes 5.") && Catch::Contains("nothing asserts this"));
+  CHECK(
+      said("closed-loop/tissue-ripple.toml", ", { signal = \"solver.direct\", metric = \"simulated_per_real\", min = 4.9 }")
+          .empty());
+  CHECK(said("paper/figure-1-spring.toml", "").empty());
+}
+
 TEST_CASE("a run that asserts nothing has no verdict, and exits with 1 unless that is allowed") {
   RunOptions allowed;
   allowed.allow_no_expectations = true;

@@ -16,6 +16,7 @@
 #include "evenstep/harness/saturation_forecast.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/json.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
@@ -253,6 +254,15 @@ void explain_run(const Scenario& scenario, Facts& facts) {
                             : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
+/// What the longest pause consists of, and whether simulated time passes as fast as real time.
+void explain_pauses(const ForetoldSchedule& foretold, Facts& facts) {
+  const PauseParts& pause = foretold.longest_pause;
+  const std::string parts = text(pause), pace = text(foretold.pace);
+  facts.add("longest_pause", evenstep::json_of(pause), parts.empty() ? "" : fmt::format("  pause        {}\n", parts));
+  facts.add("simulated_per_real", json_number(foretold.pace.simulated_per_real()),
+            pace.empty() ? "" : fmt::format("  pace         {}\n", pace));
+}
+
 /// What the governor does with drawings that exceed its budget.
 std::string gives_up(const FrameGovernor& governor) {
   std::string text;
@@ -352,11 +362,10 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
     return {};
   }
   explain_run(scenario, facts);
-  if (scenario.timing.governor || !scenario.faults.empty()) {
-    const ForetoldSchedule foretold = foretell_schedule(scenario);
-    if (scenario.timing.governor) explain_governor(*scenario.timing.governor, foretold.drawings, facts);
-    explain_faults(foretold, facts);
-  }
+  const ForetoldSchedule foretold = foretell_schedule(scenario);
+  if (!scenario.timing.elsewhere) explain_pauses(foretold, facts);
+  if (scenario.timing.governor) explain_governor(*scenario.timing.governor, foretold.drawings, facts);
+  explain_faults(foretold, facts);
   explain_solver(scenario, facts);
   explain_build(scenario, facts);
   for (const DeviceSpec& device : scenario.devices) explain_device(device, facts);

@@ -107,6 +107,9 @@ ExitCode record_read(const RecordArguments& arguments, const Scenario& scenario,
   }
   const std::string head_lines = head_text(head, scenario, solver->info(), recording);
   fmt::print("{}\n{}", head_lines, record_table(summary, recording));
+  Pace pace{.step_s = period_s(scenario.scene.step_rate)};
+  for (const SegmentTiming& one : recording.segments) pace.add_segment({one.begin, one.end}, one.steps);
+  if (const std::string text = evenstep::text(pace); !text.empty()) fmt::print("note: {}\n", text);
   if (!write_files(arguments, head_lines, recording, visualization ? visualization->png() : "")) return ExitCode::run_failed;
   fmt::print("next: {} size {}; in a scenario: [timing] trace = \"{}\"\n", arguments.program, shell_file(arguments.out),
              arguments.out);

@@ -144,17 +144,22 @@ std::optional<RealTime> ForetoldSchedule::last_end() const {
 ForetoldSchedule foretell_schedule(const Scenario& scenario) {
   ForetoldSchedule foretold;
   const RealTime from{scenario.warmup.ns}, end{scenario.run_duration.ns};
+  foretold.pace.step_s = period_s(scenario.scene.step_rate);
+  LongestPause pauses;
   Rows<SegmentRow> rows;
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   for (SegmentTiming segment; timing->next(segment) && segment.begin < end;) {
     SegmentRow& row = rows.emplace_back();
     row.begin = segment.begin;
     row.end = segment.end;
+    pauses.add_segment({segment.begin, segment.end}, segment.visualization, segment.steps, segment.overlaps());
+    foretold.pace.add_segment({segment.begin, segment.end}, segment.steps);
     foretold.drawings.left_out += segment.drawing.left_out && segment.begin >= from;
     if (!segment.visualization || !segment.drawing.finishes) continue;
     const RealTime drawn = segment.visualization->end;
     foretold.drawings.finished += drawn > from && drawn < end;
   }
+  foretold.longest_pause = pauses.parts();
   for (const ProgrammedFault& fault : scenario.faults) {
     if (fault.from >= end) continue;
     std::optional<RealTime> to = fault_end(fault, rows);

@@ -8,6 +8,7 @@
 
 #include "evenstep/pages/page.h"
 #include "evenstep/reports/figures.h"
+#include "evenstep/reports/pause_parts.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
 #include "src/expectations.h"
@@ -56,6 +57,7 @@ Html summary_of(const RunPage& page) {
   Html text;
   if (const Html sentence = sentence_of(page); !sentence.empty()) text += paragraph(sentence);
   if (!page.failure.empty()) text += element("p", {{"class", "stopped"}}, element("strong", "Stopped: ") + page.failure);
+  if (!page.suffered.empty()) text += element("pre", {{"class", "wide"}, {"tabindex", "0"}}, page.suffered);
   if (!page.remedy.empty()) text += paragraph(element("strong", "Remedy: ") + page.remedy);
   return text +
          element("p", {{"class", "quiet"}},
@@ -114,6 +116,15 @@ Html stepper() {
                      "Figures 2 to 4 for one segment. From top to bottom: the hand as sampled, and as a step reads it; the "
                      "slots; the steps as they ran, with the visualization; when each force is due; the forces sent. Lines "
                      "join a step to its slot and to its force. Keys: ← and → step, Home and End jump."));
+}
+
+/// What the pause consists of that the latency has to bridge: of the live strategy, or of the first one.
+Html pause(const RunPage& page) {
+  const auto& all = page.run.strategies;
+  if (all.empty()) return {};
+  const auto live = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == page.run.live; });
+  const std::string parts = text(longest_pause(live == all.end() ? all.front() : *live));
+  return parts.empty() ? Html() : paragraph(parts);
 }
 
 Html latency_table(const RunPage& page) {
@@ -310,7 +321,7 @@ std::string run_page(const RunPage& page) {
       {"cost", "Error against cost",
        page.study_svg.empty() ? Html() : element("figure", {{"class", "paper"}}, Html::markup(page.study_svg))},
       {"lateness", "Lateness", lateness(page)},
-      {"latency", "Latency and stiffness", latency_table(page) + stiffness_table(page)},
+      {"latency", "Latency and stiffness", latency_table(page) + pause(page) + stiffness_table(page)},
       {"left-out", "Left out", left_out(page)},
       {"environment", "Environment", environment(page)},
       {"scenario", "Scenario", sources(page)}};

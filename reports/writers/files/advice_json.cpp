@@ -64,6 +64,7 @@ std::string advice_json(const AdviceRecord& record) {
                     {"warmup_ns", record.warmup.ns},
                     {"sampling_period_ns", record.sampling_period.ns},
                     {"pause_bound_ns", record.pause_bound.ns},
+                    {"longest_pause", evenstep::json_of(record.pause)},
                     {"mass_kg", json_number(record.mass_kg)},
                     {"damping_N_s_per_m", json_number(record.damping_N_s_per_m)},
                     {"firmware_rate_Hz", json_number(record.firmware_rate_Hz)},

@@ -162,11 +162,7 @@ std::string size_json(const SizeRecord& record) {
     out["confidence"] = json_number(record.confidence);
     out["clean_segments_needed"] = record.clean_segments;
   }
-  const SizePause& pause = record.pause;
-  out["longest_pause"] = {{"length_ns", pause.length.ns},
-                          {"drawing_ns", pause.drawing.ns},
-                          {"waiting_ns", pause.waiting.ns},
-                          {"unrecorded_ns", pause.unrecorded.ns}};
+  out["longest_pause"] = evenstep::json_of(record.pause);
   put_bounds(out, record.held, "");
   if (record.linear) put_bounds(out, *record.linear, "_linear");
   out["strategies"] = Json::object();
@@ -185,7 +181,7 @@ std::string size_json(const SizeRecord& record) {
                     {"range_steps", json_number(clock->range_steps)},
                     {"dropped_steps", clock->dropped},
                     {"drops", clock->drops},
-                    {"simulated_per_real", json_number(clock->simulated_per_real)}};
+                    {"simulated_per_real", json_number(clock->pace.simulated_per_real())}};
   return json_text(out) + '\n';
 }
 

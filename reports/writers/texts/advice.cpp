@@ -147,6 +147,7 @@ std::string advice_text(const AdviceRecord& record, std::size_t columns) {
   out += "\n";
   out += internal::in_lines(
       "* Pareto-optimal: no other choice that needs no more is better in one number and as good in all others.", columns);
+  if (const std::string pause = text(record.pause); !pause.empty()) out += internal::in_lines(pause, columns);
   for (const std::string& note : record.notes) out += internal::in_lines(note, columns);
   out += "\nConclusion\n";
   for (const std::string& line : advice_conclusion(record)) out += internal::in_lines(line, columns, "  ");

@@ -111,15 +111,17 @@ std::string culprits(const SizeRecord& record) {
 
 std::string clock_text(const SizeClock& clock) {
   const std::string step = fmt::format("{:.6f} ms a step", ms(clock.step));
-  if (!clock.follows)
-    return fmt::format(
-        "\n  Clock: the steps follow none of {}: frames are up to {:.4g} steps apart from it, and {:.4g} s are "
-        "simulated\n  per second. `clocked` is left out.\n",
-        step, clock.range_steps, clock.simulated_per_real);
   std::string out =
-      fmt::format("\n  Clock: the steps follow their own, {}, to within {:.3g} steps", step, clock.range_steps);
-  if (clock.dropped > 0) out += fmt::format("; {} steps were dropped, in {} places", clock.dropped, clock.drops);
-  return out + ".\n";
+      clock.follows
+          ? fmt::format("\n  Clock: the steps follow their own, {}, to within {:.3g} steps", step, clock.range_steps)
+          : fmt::format(
+                "\n  Clock: the steps follow none of {}: frames are up to {:.4g} steps apart from it. `clocked` is "
+                "left out",
+                step, clock.range_steps);
+  if (clock.follows && clock.dropped > 0)
+    out += fmt::format("; {} steps were dropped, in {} places", clock.dropped, clock.drops);
+  const std::string pace = text(clock.pace);
+  return out + (pace.empty() ? ".\n" : ".\n  With that step size " + pace + ".\n");
 }
 
 std::string cycle_text(const SizeRecord& record) {

@@ -9,12 +9,10 @@
 namespace evenstep {
 namespace {
 
-constexpr double kNearBound = 1.25;         // times the pause bound
-constexpr double kMaterial = 0.01;          // a saving below this share of the latency does not count
-constexpr std::int64_t kMaterialPart = 10;  // parts of a pause below a tenth of it are not worth a word of advice
-constexpr std::int64_t kNamedPart = 100;    // and below a hundredth not worth to be named
-constexpr std::size_t kMostKinds = 8;       // rows of the table
-constexpr std::int64_t kAlikePart = 10;     // intervals that differ by less than a tenth are alike
+constexpr double kNearBound = 1.25;      // times the pause bound
+constexpr double kMaterial = 0.01;       // a saving below this share of the latency does not count
+constexpr std::size_t kMostKinds = 8;    // rows of the table
+constexpr std::int64_t kAlikePart = 10;  // intervals that differ by less than a tenth are alike
 
 using internal::kSmooth;
 using internal::ms;
@@ -72,35 +70,16 @@ std::string compared(const SizeRecord& record, const SizeStrategy& use) {
   return out;
 }
 
-bool is_material(const SizePause& pause, Duration part) { return part.ns > 0 && part * kMaterialPart >= pause.length; }
-
-/// What the pause that sets the pause bound consists of.
-std::string parts_of_pause(const SizePause& pause) {
-  std::string out;
-  const auto part = [&](Duration length, const char* what) {
-    if (length.ns > 0 && length * kNamedPart >= pause.length)
-      out += fmt::format("{}{:.3g} are {}", out.empty() ? "" : ", ", ms(length), what);
-  };
-  part(pause.drawing, "drawing");
-  part(pause.waiting, "waiting");
-  if (is_material(pause, pause.unrecorded)) part(pause.unrecorded, "not recorded (waiting, or other work)");
-  if (out.empty()) return "";
-  out = fmt::format("  Of the longest pause, {:.3g} ms, {}.", ms(pause.length), out);
-  if (is_material(pause, pause.waiting) && pause.steps.ns > 0)
-    out += fmt::format(" The steps take {:.3g} of {:.4g} ms.", ms(pause.steps), ms(pause.segment));
-  return out + "\n";
-}
-
 /// Which parts of the pause are worth to be made shorter, and how.
 std::string shorter_pauses(const SizeRecord& record) {
   std::string out;
-  const SizePause& pause = record.pause;
+  const PauseParts& pause = record.pause;
   // Steps that are spread already wait for up to a slot.
-  const bool waits = is_material(pause, pause.waiting) && pause.waiting * record.steps > record.length;
-  if (waits || is_material(pause, pause.unrecorded))
+  const bool waits = pause.is_material(pause.waiting) && pause.waiting * record.steps > record.length;
+  if (waits || pause.is_material(pause.unrecorded))
     out += fmt::format("{} steps that\n  wait for their slots instead of coming in a burst help: --spread says how much. ",
                        waits ? "As it waits," : "If it waits where nothing is recorded,");
-  if (is_material(pause, pause.drawing)) out += "A shorter visualization helps, or steps\n  between its parts.";
+  if (pause.is_material(pause.drawing)) out += "A shorter visualization helps, or steps\n  between its parts.";
   return out + "\n";
 }
 
@@ -157,6 +136,8 @@ const char* name_of(SizeHitches::What what) {
       return "visualization";
     case SizeHitches::What::step:
       return "step";
+    case SizeHitches::What::waiting:
+      return "wait";
     case SizeHitches::What::gap:
       return "gap";
   }
@@ -200,11 +181,12 @@ std::string hitches_text(const SizeRecord& record) {
 std::string conclusion_text(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);
   if (use == nullptr) return "\n  Conclusion: none. A map has slots once it has seen a whole segment; record more.\n";
+  const std::string pause = text(record.pause);
   return fmt::format(
              "\n  Conclusion\n  Use {} with a latency of {:.6f} ms: nothing underruns in this timing, at any phase of the "
              "device. The loop\n  carries {}.\n",
              use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
-         parts_of_pause(record.pause) + worth(record, *use) + blame(record, *use) + compared(record, *use) +
+         (pause.empty() ? "" : "  " + pause + "\n") + worth(record, *use) + blame(record, *use) + compared(record, *use) +
          tables(record, *use);
 }
 

@@ -4,6 +4,7 @@
 #include "cases.h"
 
 #include <algorithm>
+#include <array>
 
 #include "traces.h"
 
@@ -85,7 +86,7 @@ Programmed programmed(const RandomStream& random, std::uint64_t& draw, std::size
   Duration excess{60 * ms};
   const std::uint64_t kinds = 1 + random.below(draw++, 4);
   for (std::uint64_t i = 0; i < kinds; ++i) {
-    const What what = static_cast<What>(random.below(draw++, 3));
+    const What what = std::array{What::visualization, What::step, What::gap}[random.below(draw++, 3)];
     out.kinds.emplace_back();
     for (std::uint64_t n = 1 + random.below(draw++, 10); n > 0 && !places.empty(); --n) {
       const std::size_t at = random.below(draw++, places.size());
@@ -162,6 +163,30 @@ TEST_CASE("ten equal hitches hide each other one by one, but not as a kind") {
   CHECK(kind.mended[map].with_all_above == usual.any_phase.latency);
   CHECK(kind.mended[map].stiffness_N_per_m == Approx(usual.any_phase.stiffness_limit_N_per_m).epsilon(0.01));
   CHECK(without.hitches.empty());
+}
+
+TEST_CASE(
+    "a boundary that comes late is a wait where the segment before says that it is idle, and a gap where nobody says") {
+  for (const bool recorded : {true, false}) {
+    std::vector<SegmentTiming> segments = schedule(240, {}, 0, false);
+    const Duration late{30 * ms};
+    if (recorded) segments[99].end = segments[99].end + late;
+    for (std::size_t k = 100; k < segments.size(); ++k) {
+      SegmentTiming& segment = segments[k];
+      segment.begin = segment.begin + late;
+      segment.end = segment.end + late;
+      segment.visualization = Interval{segment.visualization->begin + late, segment.visualization->end + late};
+      for (Interval& step : segment.steps) step = {step.begin + late, step.end + late};
+    }
+    const SizeRecord record = size_segments(segments, "late", {});
+    REQUIRE(record.hitches.size() == 1);
+    CHECK(record.hitches.front().what == (recorded ? What::waiting : What::gap));
+    CHECK(record.hitches.front().longest == late);
+    CHECK_THAT(size_text(record), Catch::Contains(recorded ? "All of that is the wait of 30 ms" : "the gap of 30 ms"));
+    CHECK(record.pause.waiting.ns == (recorded ? late.ns : 0));
+    CHECK(record.pause.drawing.ns == 10 * ms);
+    CHECK(record.pause.unrecorded.ns == (recorded ? 0 : late.ns));
+  }
 }
 
 TEST_CASE("where visualizations have a thread of their own only steps and the gaps between them are hitches") {

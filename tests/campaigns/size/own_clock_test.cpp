@@ -45,7 +45,7 @@ TEST_CASE("size says that the steps of a game's loop follow their clock, and giv
     CHECK(record->clock->follows);
     CHECK(record->clock->dropped == 0);
     CHECK(record->clock->range_steps < 1);
-    CHECK(record->clock->simulated_per_real == Approx(1).margin(0.01));
+    CHECK(record->clock->pace.simulated_per_real() == Approx(1).margin(0.01));
     REQUIRE(clocked(*record));
     CHECK(clocked(*record)->velocity_jump < 1e-6);
   }
@@ -72,7 +72,8 @@ TEST_CASE("size says of another step size, and of a loop that runs freely, that 
     const SizeRecord record = size_segments(game({}, false), "x", options);
     REQUIRE(record.clock);
     CHECK_FALSE(record.clock->follows);
-    CHECK(record.clock->simulated_per_real == Approx(90.0 * static_cast<double>(wrong.den) / wrong.num).epsilon(0.01));
+    CHECK(record.clock->pace.simulated_per_real() ==
+          Approx(90.0 * static_cast<double>(wrong.den) / wrong.num).epsilon(0.01));
     CHECK(clocked(record) == nullptr);
   }
 }

@@ -416,6 +416,7 @@ AdviseResult advised(SizeResult sized, const AdviseOptions& options) {
   record.warmup = warmup_of(size.length);
   record.sampling_period = size.sampling_period;
   record.pause_bound = size.held.pause;
+  record.pause = size.pause;
   record.damping_N_s_per_m = options.damping_N_s_per_m;
   record.mass_kg = options.mass_kg;
   record.firmware_rate_Hz = static_cast<double>(options.firmware_rate.num) / static_cast<double>(options.firmware_rate.den);

@@ -121,6 +121,10 @@ FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segme
   FitComparison out;
   out.objection = table_objection(fit);
   out.recording = latency_need(segments.first(segments.size() - 1));
+  LongestPause pauses;
+  for (const SegmentTiming& one : segments)
+    pauses.add_segment({one.begin, one.end}, one.visualization, one.steps, one.overlaps());
+  out.pause = pauses.parts();
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto stream = static_cast<std::uint64_t>(seed);
     if (out.objection.empty()) out.model.push_back(latency_need(played(fit, stream, segments.size() - 1)));

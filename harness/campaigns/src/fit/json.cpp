@@ -122,6 +122,7 @@ std::string fit_json(const TimingFit& fit, const FitComparison& comparison, cons
   out["latency"] = {{"recording", json_of(comparison.recording)},
                     {"model", json_of(comparison.model)},
                     {"shuffled", json_of(comparison.shuffled)}};
+  out["longest_pause"] = evenstep::json_of(comparison.pause);
   out["order_matters"] = !differences(comparison.recording, comparison.shuffled_median).empty();
   out["replay_instead"] =
       !comparison.objection.empty() || !differences(comparison.recording, comparison.model_median).empty();

@@ -160,7 +160,9 @@ std::string needs_text(const FitComparison& comparison) {
   out += fmt::format("#   {:<20} {:>9} {:>9} {:>10} {:>13}\n", "", "250ms p50", "250ms p99", "whole", "phase_locked");
   out += row("recording", comparison.recording, {});
   if (comparison.objection.empty()) out += row("this model", comparison.model_median, comparison.model);
-  return out + row("recording, shuffled", comparison.shuffled_median, comparison.shuffled);
+  out += row("recording, shuffled", comparison.shuffled_median, comparison.shuffled);
+  const std::string pause = text(comparison.pause);
+  return pause.empty() ? out : out + "# " + pause + "\n";
 }
 
 std::string verdict(const FitComparison& comparison, const std::string& file) {

@@ -35,6 +35,7 @@ struct Piece {
   Interval time;
 };
 
+/// A wait is a gap too.
 What what_of(PieceClass cls) {
   if (cls == kVisualization) return What::visualization;
   return cls == kFirstStep || cls == kStep ? What::step : What::gap;
@@ -167,7 +168,10 @@ std::vector<SeenHitch> Hitches::find() {
       excess = std::min(excess, whole - segment_);
     }
     if (static_cast<double>(excess.ns) <= bound[piece.cls]) return;
-    hitches.push_back({piece.number, what_of(piece.cls), piece.time.begin, length(piece.time), usual_[piece.cls], excess});
+    What what = what_of(piece.cls);
+    if (piece.cls == kGapAtBoundary && 2 * (segments_[piece.segment - 1].end - piece.time.begin).ns > length(piece.time).ns)
+      what = What::waiting;
+    hitches.push_back({piece.number, what, piece.time.begin, length(piece.time), usual_[piece.cls], excess});
   });
   return hitches;
 }

@@ -12,11 +12,12 @@ bool has_clock(const std::vector<SegmentTiming>& segments) {
 SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
   const bool given = has_clock(segments);
   const std::int64_t size_ns = instant_ns(step_rate, 1);
-  SizeClock clock{.step = {size_ns}};
-  std::int64_t done = 0, steps = 0, frames = 0;
+  SizeClock clock{.step = {size_ns}, .pace = {.step_s = period_s(step_rate)}};
+  std::int64_t done = 0, frames = 0;
   std::optional<std::int64_t> least_ns, before_ns;  // of the frames so far; of the last one
   std::int64_t most_ns = INT64_MIN;
   for (SegmentTiming& segment : segments) {
+    clock.pace.add_segment({segment.begin, segment.end}, segment.steps);
     if (segment.steps.empty()) continue;
     const std::int64_t count = std::ssize(segment.steps);
     if (!given) {
@@ -33,13 +34,10 @@ SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
     before_ns = behind_ns;
     least_ns = std::min(least_ns.value_or(behind_ns), behind_ns);
     most_ns = std::max(most_ns, behind_ns);
-    steps += count;
     ++frames;
   }
   if (!least_ns) return clock;
   clock.range_steps = static_cast<double>(most_ns - *least_ns) / static_cast<double>(size_ns);
-  const Duration length = segments.back().end - segments.front().begin;
-  clock.simulated_per_real = static_cast<double>(steps) * static_cast<double>(size_ns) / static_cast<double>(length.ns);
   clock.follows = clock.range_steps <= 2 && 10 * clock.drops <= frames;
   if (!given && !clock.follows)
     for (SegmentTiming& segment : segments) segment.simulated.clear();

@@ -91,7 +91,10 @@ class Sizer {
     record.rate = options_.rate;
     record.confidence = options_.confidence;
     if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
-    record.pause = longest_pause();
+    LongestPause pauses;
+    for (const SegmentTiming& one : input_.segments)
+      pauses.add_segment({one.begin, one.end}, one.visualization, one.steps, one.overlaps());
+    record.pause = pauses.parts();
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
     maps_ = internal::maps_to_size(input_.setup, options_.other_maps);
@@ -132,42 +135,6 @@ class Sizer {
       ++n;
     });
     if (n > 0) visit(n - 1, begin_before, end_before);
-  }
-
-  /// The pause of the pause bound, with its parts.
-  SizePause longest_pause() const {
-    SizePause longest;
-    std::optional<Interval> before;
-    Duration drawing, waiting, needs, steps, segment_length;  // since the step before; of the segment before
-    for (std::size_t k = 0; k < input_.segments.size(); ++k) {
-      const SegmentTiming& segment = input_.segments[k];
-      const bool pauses = segment.visualization && !segment.overlaps();
-      const Duration drawn = pauses ? segment.visualization->end - segment.visualization->begin : Duration{};
-      const bool drawn_first =
-          pauses && (segment.steps.empty() || segment.visualization->begin < segment.steps.front().begin);
-      if (drawn_first) drawing = drawing + drawn;
-      RealTime work_end = segment.visualization ? segment.visualization->end : segment.begin;
-      Duration in_steps;
-      for (const Interval& step : segment.steps) {
-        if (before && step.end - before->begin > needs) {
-          needs = step.end - before->begin;
-          longest = {step.begin - before->end, drawing, waiting, {}, steps, segment_length};
-        }
-        before = step;
-        drawing = waiting = {};
-        in_steps = in_steps + (step.end - step.begin);
-        work_end = std::max(work_end, step.end);
-      }
-      if (pauses && !drawn_first) drawing = drawing + drawn;
-      waiting = waiting + std::max(segment.end - work_end, Duration{});
-      steps = in_steps;
-      if (k + 1 < input_.segments.size()) segment_length = input_.segments[k + 1].begin - segment.begin;
-    }
-    longest.length = std::max(longest.length, Duration{});
-    longest.drawing = std::min(longest.drawing, longest.length);
-    longest.waiting = std::min(longest.waiting, longest.length - longest.drawing);
-    longest.unrecorded = longest.length - longest.drawing - longest.waiting;
-    return longest;
   }
 
   void close_loop(SizeNeed& need, bool linear) const {

@@ -8,6 +8,8 @@
 
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/reports/pace.h"
+#include "evenstep/reports/pause_parts.h"
 #include "evenstep/reports/verdict.h"
 
 namespace evenstep {
@@ -32,6 +34,8 @@ struct ForetoldDrawings {
 struct ForetoldSchedule {
   std::vector<ForetoldFault> faults;  ///< those that begin before the end of the run, as they are written
   ForetoldDrawings drawings;
+  PauseParts longest_pause;
+  Pace pace;  ///< of the steps that begin in the run
   /// What recovery_time counts from; empty: there is no fault, or one is not over when the run ends.
   std::optional<RealTime> last_end() const;
 };

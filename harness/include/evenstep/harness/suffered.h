@@ -4,7 +4,8 @@
 ///
 /// Counted are: forces that were late, samples that were missing, entries that a ring overwrote before they were read,
 /// forces that were dropped, lost reports, failed writes and cuts of the guard, for each device and strategy; and steps that
-/// did not begin and particles that are not finite, for each strategy. Saturated samples are told apart (saturation.h).
+/// did not begin, particles that are not finite, and simulated time that passes faster or slower than real time in a scene
+/// that moves by itself (evenstep/reports/pace.h), for each strategy. Saturated samples are told apart (saturation.h).
 
 #include <string>
 

@@ -192,6 +192,7 @@ struct SolverRecord {
   std::vector<std::string> left_out;  ///< features that the scene does not need and the solver leaves out
   std::vector<std::string> lacks;     ///< capabilities that a solver of the program does not have: "energy"
   double solver_seconds = 0;          ///< launch + wait; reported, never hashed
+  bool memoryless = true;             ///< its forces depend on the tool alone, so the step size changes none
   bool variable_step = false;         ///< the strategy chose the length of the steps; only then the next two are used
   std::int64_t steps_over_limit = 0;  ///< steps longer than substeps * step limit
   double step_over_limit_max = 0;     ///< largest (step / substeps) / step limit

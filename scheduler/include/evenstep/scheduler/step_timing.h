@@ -13,11 +13,6 @@
 
 namespace evenstep {
 
-struct Interval {
-  RealTime begin;
-  RealTime end;
-};
-
 /// What a frame governor (frame_governor.h) makes of a segment's drawing. Without a governor, each is drawn whole.
 struct DrawingPart {
   int parts = 1;                    ///< over how many pauses the drawing is shared out

@@ -22,6 +22,7 @@ inline constexpr int kMaxRegions = 60;
 
 // Each kind of scene has these members, for questions that are not the solver's:
 //   kAccountsEnergy    its solver keeps an account of energy, so that its growth can be judged
+//   kMemoryless        a force depends on the tool alone, so the step size changes none
 //   kCostsLittle       a step is a few operations: a second solver beside a run costs nothing to speak of
 //   felt_stiffness..   stiffness that a tool at rest feels; none where nobody knows it without running
 //   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not
@@ -34,6 +35,7 @@ struct SpringScene {
   double stiffness_N_per_m = 200;
 
   static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kMemoryless = true;
   static constexpr bool kCostsLittle = true;
   std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
@@ -49,6 +51,7 @@ struct WallScene {
   double hardening_m = 0;      ///< l; 0: none, F = n k p
 
   static constexpr bool kAccountsEnergy = false;
+  static constexpr bool kMemoryless = true;
   static constexpr bool kCostsLittle = true;
   std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
@@ -69,6 +72,7 @@ struct ModeScene {
   double surface_m = 0;
 
   static constexpr bool kAccountsEnergy = false;
+  static constexpr bool kMemoryless = false;
   static constexpr bool kCostsLittle = true;
   std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
@@ -145,6 +149,7 @@ struct TissueScene {
   std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
 
   static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kMemoryless = false;
   static constexpr bool kCostsLittle = false;
   std::optional<double> felt_stiffness_N_per_m() const { return std::nullopt; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
@@ -164,6 +169,7 @@ struct ForeignScene {
   std::uint64_t seed = 1;                                       ///< SolverRequest::seed
 
   static constexpr bool kAccountsEnergy = true;  // if it has the capability: SolverInfo::lacks
+  static constexpr bool kMemoryless = false;
   static constexpr bool kCostsLittle = false;
   std::optional<double> felt_stiffness_N_per_m() const { return std::nullopt; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
@@ -197,6 +203,7 @@ struct Scene {
 // Of a scene's body:
 bool accounts_energy(const Scene& scene);
 bool costs_little(const Scene& scene);
+bool is_memoryless(const Scene& scene);
 /// The scene has a stiffness_N_per_m that a search may change.
 bool has_stiffness(const Scene& scene);
 std::optional<double> felt_stiffness_N_per_m(const Scene& scene);

@@ -36,6 +36,12 @@ struct RealTime {
   friend constexpr Duration operator-(RealTime a, RealTime b) { return {a.ns - b.ns}; }
 };
 
+/// From an instant to another one that is not before it.
+struct Interval {
+  RealTime begin;
+  RealTime end;
+};
+
 /// An instant of simulation time, ns since step 0: the time of the physics. It is made from a step index (`sim_time`), or
 /// from the lengths of the steps if these follow real time.
 struct SimTime {

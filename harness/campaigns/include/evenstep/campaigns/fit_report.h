@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/reports/pause_parts.h"
 #include "evenstep/scheduler/timing_fit.h"
 
 namespace evenstep {
@@ -29,6 +30,7 @@ std::string table_objection(const TimingFit& fit);
 struct FitComparison {
   std::string objection;  ///< table_objection; if there is one, no model was played
   LatencyNeed recording;
+  PauseParts pause;                   ///< what its longest pause consists of
   std::vector<LatencyNeed> model;     ///< per seed, over as many segments as the recording has
   std::vector<LatencyNeed> shuffled;  ///< per seed: the recording's own segments in another order
   /// Medians over the seeds.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/reports/pause_parts.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
@@ -67,6 +68,7 @@ struct AdviceRecord {
   Duration length, slot, warmup;
   Duration sampling_period;
   Duration pause_bound;  ///< of the timing as it was recorded, for held forces
+  PauseParts pause;      ///< the one that sets it
   double damping_N_s_per_m = 0, mass_kg = 0, firmware_rate_Hz = 0, speed_m_per_s = 0;
   std::vector<std::string> notes;  ///< what was left out, and why
   std::vector<AdviceChoice> choices;

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "evenstep/reports/pause_parts.h"
+
 namespace evenstep {
 
 using Json = nlohmann::ordered_json;
@@ -22,6 +24,13 @@ inline Json json_number(double value) {
   return value;
 }
 inline Json json_number(const std::optional<double>& value) { return value ? json_number(*value) : Json(nullptr); }
+
+inline Json json_of(const PauseParts& pause) {
+  return {{"length_ns", pause.length.ns},
+          {"drawing_ns", pause.drawing.ns},
+          {"waiting_ns", pause.waiting.ns},
+          {"unrecorded_ns", pause.unrecorded.ns}};
+}
 
 /// The text on one line. Bytes that are not UTF-8 (in a message of a driver or a solver) are replaced by U+FFFD.
 inline std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }

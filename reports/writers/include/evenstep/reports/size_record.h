@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/reports/pace.h"
+#include "evenstep/reports/pause_parts.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
@@ -78,7 +80,8 @@ struct SizeStrategy {
 
 /// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/choose/sizing.md).
 struct SizeHitches {
-  enum class What { visualization, step, gap };
+  /// `waiting`: idle time that the recording says; `gap`: nothing says what it is.
+  enum class What { visualization, step, waiting, gap };
   What what = What::gap;
   std::int64_t count = 0;
   Duration shortest, longest;                            ///< lengths of these pieces
@@ -100,15 +103,6 @@ struct SizeBounds {
   SizeNeed best_line, taut_string;
   Duration pause;               ///< the pause bound (remap/jump_bound.h)
   std::vector<SizePath> paths;  ///< at rising jumps; empty where there are too many steps
-};
-
-/// The pause between two steps that sets the pause bound, in parts: what a change of the simulator could make shorter.
-struct SizePause {
-  Duration length;          ///< from the end of a step to the begin of the next one; 0: a step sets the bound, and no pause
-  Duration drawing;         ///< visualizations in it
-  Duration waiting;         ///< idle time of its segments after their work
-  Duration unrecorded;      ///< the rest: nothing says whether the simulator waited or did other work
-  Duration steps, segment;  ///< what the steps of the segment before take, and the segment
 };
 
 /// The repeating cycle as found in the step times alone (remap/step_cycle.h).
@@ -155,7 +149,7 @@ struct SizeClock {
   bool follows = false;                 ///< false: the map `clocked` makes no sense and is left out
   double range_steps = 0;               ///< how far frames are from the clock, most minus least, in steps
   std::int64_t dropped = 0, drops = 0;  ///< whole steps that seem to have been dropped, and in how many places
-  double simulated_per_real = 0;        ///< simulated time of all steps per real time
+  Pace pace;                            ///< of all steps, with this step size
 };
 
 struct SizeRecord {
@@ -176,7 +170,7 @@ struct SizeRecord {
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
   std::int64_t clean_segments = 0;  ///< how many segments, all without an underrun, would prove the rate
-  SizePause pause;
+  PauseParts pause;                 ///< the one that sets the pause bound
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
