@@ -27,6 +27,7 @@ double rounded(double value) { return std::strtod(fmt::format("{:.2e}", value).c
 std::string name_of(const AdviceChoice& choice) {
   std::string name = choice.map;
   if (choice.bandwidth_Hz > 0) name += fmt::format(" {:.3g} Hz", choice.bandwidth_Hz);
+  if (choice.allowed_jump > 0) name += fmt::format(", jump {:.3g}", choice.allowed_jump);
   if (!choice.governor.empty()) name += ", " + choice.governor;
   if (choice.adaptive) name += ", adaptive";
   if (choice.accepted_rate > 0) name += fmt::format(", {:.3g} % late", 100 * choice.accepted_rate);
@@ -77,8 +78,9 @@ const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_
   };
   for (const AdviceChoice& choice : record.choices) {
     if (!choice.on_front || late_share(choice) > 0 || choice.drawings_lost > 0 || choice.simulated_lost > 0) continue;
-    // An adaptive latency cannot promise that nothing will be late, and a map that predicts runs on.
-    if (choice.adaptive || choice.runs_on_s > 0) continue;
+    // An adaptive latency cannot promise that nothing will be late, a map that predicts runs on, and how much the hand may
+    // jump is for its owner to say.
+    if (choice.adaptive || choice.runs_on_s > 0 || choice.allowed_jump > 0) continue;
     if (choice.needs_springs || !choice.governor.empty() || choice.needs_stiffness != solver_gives_stiffness) continue;
     if (use == nullptr || worth(choice) < worth(*use)) use = &choice;
   }

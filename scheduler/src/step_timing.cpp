@@ -202,6 +202,10 @@ class RealSteps final : public StepTiming {
 
 }  // namespace
 
+bool has_clock(std::span<const SegmentTiming> segments) {
+  return std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& one) { return !one.simulated.empty(); });
+}
+
 bool SegmentTiming::overlaps() const {
   if (concurrent) return true;
   if (!visualization) return false;

@@ -276,6 +276,20 @@ TEST_CASE("what makes two runs not the same thing measured twice is said") {
   CHECK_THAT(notes(compared(b, a)), Contains("strategy 'direct' is only in A"));
 }
 
+TEST_CASE("of scenarios that differ in many lines six are shown, and the others are counted") {
+  RunSummary a = run_named("x"), b = a;
+  b.digest = "0000000000000002";
+  a.resolved = b.resolved = {"[timing]"};
+  for (int i = 0; i < 5; ++i) {
+    a.resolved.push_back("key" + std::to_string(i) + " = 1");
+    b.resolved.push_back("key" + std::to_string(i) + " = 2");
+  }
+  const std::string text = notes(compared(a, b));
+  CHECK_THAT(text, Contains("the scenarios differ: A has timing.key4 = 1") && Contains("B has timing.key0 = 2") &&
+                       !Contains("B has timing.key1 = 2") &&
+                       Contains("the scenarios differ in 4 more lines of resolved.toml"));
+}
+
 TEST_CASE("scenarios that differ are compared line by line, as far as their runs say what they were") {
   RunSummary a = run_named("x"), b = a;
   b.digest = "0000000000000002";

@@ -51,6 +51,18 @@ std::string rows_of(const Profile& profile, const Roles& roles) {
 
 }  // namespace
 
+TEST_CASE("A role that matches no name is answered with the twelve names that are most frequent") {
+  const std::vector<std::string> names{"a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m", "n", "o"};
+  std::vector<Made> all;
+  for (const std::string& name : names) all.push_back({name.c_str(), std::ssize(all) * 10, std::ssize(all) * 10 + 5});
+  for (int i = 0; i < 3; ++i) all.push_back({"often", 1000 + i * 10, 1005 + i * 10});
+  const AssignedRolesResult assigned = assign_roles(profile_of(all), roles_of("drawing", ""));
+  REQUIRE_FALSE(assigned);
+  const std::string said = text(assigned.error().front());
+  CHECK_THAT(said, Contains("no name matches the visualization 'drawing'; there are 'often' (3), ") &&
+                       Contains("and 4 more names"));
+}
+
 TEST_CASE("A segment goes from one visualization to the next, and the last one, which the file cuts off, is left out") {
   const Profile profile = profile_of({{"step", 5, 9},
                                       {"draw", 100, 130},

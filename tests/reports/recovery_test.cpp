@@ -188,6 +188,15 @@ TEST_CASE("Without a judged window before the first fault there is nothing to co
   CHECK(measure(run)["left.force.phase_locked"].count("recovery_time") == 0);
 }
 
+TEST_CASE("What is usual is learned from eight segments, and where they are short from a quarter of a second",
+          "[recovery]") {
+  Nominal nominal;
+  nominal.segment = Duration{50'000'000};
+  CHECK(recovery_window(nominal).ns == 400'000'000);
+  nominal.segment = Duration{2'400'000};
+  CHECK(recovery_window(nominal).ns == 250'000'000);
+}
+
 TEST_CASE("Of several faults the first begins what is compared and the last what is waited for", "[recovery]") {
   RunRecord run = faulty_run();
   run.nominal.faults.push_back({"device.left.faults.1", at_ms(800), at_ms(900), Over::at_time});

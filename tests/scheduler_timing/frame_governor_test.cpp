@@ -380,7 +380,7 @@ TEST_CASE("spread steps end no later after their slots than a burst begins befor
   for (std::uint64_t seed = 0; seed < evenstep::testing::cases(100'000); ++seed) {
     const auto [period, source] = paced_schedule(seed, false);
     const std::vector<Interval> burst = steps_of(source), spread = steps_of(governed(source, {.spread = true}, period));
-    Duration earliest, latest, spread_latest, most, spread_most;
+    Duration earliest, latest, spread_latest;
     std::size_t n = 0;
     for (std::size_t k = 0; k < source.size(); ++k) {
       const auto count = static_cast<std::int64_t>(source[k].steps.size());

@@ -21,7 +21,7 @@ struct AdviseArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set, bandwidths, renderers, what_ifs;
-  std::string sampling, damping, mass, firmware_rate, rate, out;
+  std::string sampling, step_size, damping, mass, firmware_rate, rate, out;
   std::int64_t threads = 0;
   bool json = false;
   RecordingArguments recording;
@@ -44,6 +44,8 @@ bool read_quantities(const AdviseArguments& arguments, AdviseOptions& options) {
     return read.has_value();
   };
   if (!arguments.sampling.empty() && !put(options.sampling, sampling_rate(arguments.sampling))) return false;
+  if (!arguments.step_size.empty() && !put(options.step_size, period_or_rate("--step-size", arguments.step_size)))
+    return false;
   if (!arguments.rate.empty() && !put(options.rate, share("--rate", arguments.rate))) return false;
   if (!arguments.damping.empty() &&
       !put(options.damping_N_s_per_m, above_zero("--damping", arguments.damping, Dimension::damping, "N s/m")))
@@ -99,6 +101,8 @@ AdviseResult advised(const AdviseArguments& arguments, const AdviseOptions& opti
   }
   if (!arguments.sampling.empty())
     return refused(arguments.file, "--sampling belongs to a recording; a scenario says so in [[device]]");
+  if (!arguments.step_size.empty())
+    return refused(arguments.file, "--step-size belongs to a recording; a scenario says so in [scene] step_size");
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
   if (!read) return {{}, {}, read.error(), false};
   return advise_scenario(*read, options);
@@ -125,6 +129,7 @@ std::string again(const AdviseArguments& arguments) {
   };
   for (const std::string& set : arguments.set) option("--set", set);
   option("--sampling", arguments.sampling);
+  option("--step-size", arguments.step_size);
   for (const std::string& bandwidth : arguments.bandwidths) option("--bandwidth", bandwidth);
   for (const std::string& renderer : arguments.renderers) option("--renderer", renderer);
   for (const std::string& what_if : arguments.what_ifs) option("--what-if", what_if);
@@ -181,6 +186,9 @@ void add_advise(Commands& commands) {
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  command.option(
+      "--step-size", arguments.step_size,
+      "of a recording: what a step simulates, \"11.1 ms\" or \"90 Hz\": if steps follow that clock, clocked is a choice");
   command.repeated("--bandwidth", arguments.bandwidths, "of phase_locked, each a choice; default \"1 Hz\" and \"2 Hz\"");
   command.repeated("--renderer", arguments.renderers,
                    "hold, linear, local or device_spring, each a choice; default all (docs/forces/stiffness.md)");

@@ -136,9 +136,7 @@ LatencyBudget needs_of(const MapSetup& setup, const TimingSpec& timing, Strategy
 
 /// Whether the loop keeps its own simulation time.
 bool keeps_time(const TimingSpec& timing) {
-  const auto has_clock = [](const SegmentTiming& segment) { return !segment.simulated.empty(); };
-  return timing.trace.empty() ? timing.programmed.accumulator.has_value()
-                              : std::any_of(timing.trace.begin(), timing.trace.end(), has_clock);
+  return timing.trace.empty() ? timing.programmed.accumulator.has_value() : has_clock(timing.trace);
 }
 
 /// What is programmed or recorded, with the governor. `real`: its steps have no length.

@@ -14,6 +14,7 @@ Json json_of(const AdviceChoice& choice) {
               {"scenario", "choice-" + std::to_string(choice.number) + ".toml"},
               {"map", choice.map},
               {"bandwidth_Hz", choice.bandwidth_Hz > 0 ? json_number(choice.bandwidth_Hz) : Json(nullptr)},
+              {"allowed_jump", choice.allowed_jump > 0 ? json_number(choice.allowed_jump) : Json(nullptr)},
               {"governor", choice.governor.empty() ? Json(nullptr) : Json(choice.governor)},
               {"accepted_rate", json_number(choice.accepted_rate)},
               {"adaptive", choice.adaptive},

@@ -167,6 +167,11 @@ std::string size_json(const SizeRecord& record) {
   if (record.linear) put_bounds(out, *record.linear, "_linear");
   out["strategies"] = Json::object();
   for (const SizeStrategy& strategy : record.strategies) out["strategies"][strategy.name] = json_of(strategy);
+  if (!record.other_jumps.empty()) {
+    out["other_jumps"] = Json::array();
+    for (const SizePath& path : record.other_jumps)
+      out["other_jumps"].push_back({{"velocity_jump", json_number(path.jump)}, {"latency_ns", path.latency.ns}});
+  }
   out["hitches"] = Json::array();
   for (const SizeHitches& kind : record.hitches) out["hitches"].push_back(json_of(kind, record));
   if (!record.what_ifs.empty()) {

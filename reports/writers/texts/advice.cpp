@@ -99,6 +99,9 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
   if (late != nullptr && late->delay_s < base->delay_s)
     out.push_back(fmt::format("{} It is late in {:.3g} % of the segments.",
                               sentence("If a force may be late now and then", *late), 100 * late_share(*late)));
+  const AdviceChoice* const rougher = least_delay(record, [](const AdviceChoice& one) { return one.allowed_jump > 0; });
+  if (rougher != nullptr && rougher->delay_s < base->delay_s)
+    out.push_back(sentence("If nobody feels a larger jump", *rougher));
   const AdviceChoice* const adaptive = least_delay(record, [](const AdviceChoice& one) { return one.adaptive; });
   if (adaptive != nullptr && adaptive->delay_s < base->delay_s)
     out.push_back(

@@ -70,6 +70,10 @@ std::string jumps(const SizeRecord& record) {
                        strategy.jump_seen ? fmt::format("{:.4f}", strategy.velocity_jump) : "-", smooth,
                        times(latency, bounds.pause));
   }
+  if (record.other_jumps.size() == 2)
+    out += fmt::format("  With [remap] jump = {:.4g} phase_locked needs {:.6f} ms, with {:.4g} {:.6f} ms.\n",
+                       record.other_jumps[0].jump, ms(record.other_jumps[0].latency), record.other_jumps[1].jump,
+                       ms(record.other_jumps[1].latency));
   if (bounds.paths.empty()) out += "  Too many steps for the least latencies of any path.\n";
   return out +
          "  The pause bound is what a map of even slots needs that does not know a pause before it is over; a path may "

@@ -469,6 +469,76 @@ TEST_CASE("what cannot be advised says why, and what to do") {
   CHECK_THAT(refused(place.write("long.csv", long_one)), Contains("give a part of them"));
 }
 
+TEST_CASE(
+    "a recording of a game's loop has clocked among its choices once its step size is told, and the row runs as it says") {
+  const TemporaryFolder place;
+  const auto frames = make_programmed_timing({.segment = {60, 1},
+                                              .visualization = {4'000'000},
+                                              .steps = {1},
+                                              .step = Duration{500'000},
+                                              .order = SegmentOrder::steps_first,
+                                              .paced = true,
+                                              .accumulator = Accumulator{.step_rate = {90, 1}}});
+  std::vector<SegmentTiming> segments(480);
+  for (SegmentTiming& segment : segments) {
+    REQUIRE(frames->next(segment));
+    segment.simulated.clear();
+  }
+  const std::string file = place.write("game.csv", format_timing_csv(segments));
+  AdviseOptions options = as_it_is();
+  const auto clocked = [](const AdviceRecord& record) -> const AdviceChoice* {
+    for (const AdviceChoice& choice : record.choices)
+      if (choice.map == "clocked" && choice.renderer == "hold") return &choice;
+    return nullptr;
+  };
+  CHECK(clocked(advised(file, options).record) == nullptr);
+  options.step_size = Rate{90, 1};
+  const AdviseResult result = advised(file, options);
+  const AdviceChoice* const choice = clocked(result.record);
+  REQUIRE(choice);
+  SizeOptions size;
+  size.step_size = options.step_size;
+  size.sampling = options.sampling;
+  for (const SizeStrategy& strategy : size_recording(file, size).record.strategies)
+    if (strategy.name == "clocked") CHECK(choice->latency == strategy.any_phase.latency);
+  CHECK(choice->jump_step < 1e-3);
+  CHECK(choice->latency < choice_to_use(advised(file, as_it_is()).record, false)->latency);
+  CHECK(choice_to_use(result.record, false)->map == "clocked");
+  const std::string folder = place / "advice";
+  REQUIRE(write_advice_folder(folder, result, "again").empty());
+  const ReadResult scenario = read_scenario((fs::path(folder) / choice_file(*choice)).string());
+  REQUIRE(scenario);
+  CHECK(run_scenario(*scenario, {}).verdict == RunVerdict::pass);
+}
+
+TEST_CASE(
+    "a larger jump is a choice where it saves a twentieth of the latency or more, and never the one to use by default") {
+  const TemporaryFolder place;
+  for (const std::string name : {"contended-free-basic", "paced30-pthread"}) {
+    const std::string file = part_of(place, name, 300);
+    const AdviceRecord record = advised(file, as_it_is()).record;
+    const auto is_usual = [](const AdviceChoice& one) {
+      return one.map == "phase_locked" && name_of(one) == "phase_locked 2 Hz, hold";
+    };
+    const auto is_rougher = [](const AdviceChoice& one) { return one.allowed_jump == 0.14 && one.renderer == "hold"; };
+    const auto usual = std::find_if(record.choices.begin(), record.choices.end(), is_usual);
+    const auto rougher = std::find_if(record.choices.begin(), record.choices.end(), is_rougher);
+    REQUIRE(usual != record.choices.end());
+    const std::vector<SizePath> other = size_recording(file, {}).record.other_jumps;
+    REQUIRE(other.size() == 2);
+    CHECK(other[0].jump == Approx(0.035));
+    CHECK(other[1].jump == Approx(0.14));
+    const Duration saved = usual->latency - other[1].latency;
+    INFO(name << " saves " << saved.ns << " ns of " << usual->latency.ns);
+    REQUIRE((rougher != record.choices.end()) == (20 * saved.ns > usual->latency.ns));
+    if (rougher == record.choices.end()) continue;
+    CHECK(rougher->latency == other[1].latency);
+    CHECK(name_of(*rougher) == "phase_locked 2 Hz, jump 0.14, hold");
+    CHECK(rougher->jump_step > usual->jump_step);
+    CHECK(choice_to_use(record, false)->allowed_jump == 0);
+  }
+}
+
 TEST_CASE("an advice that is interrupted says so") {
   const TemporaryFolder place;
   const std::atomic<bool> stop{true};

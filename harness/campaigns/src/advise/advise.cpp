@@ -31,6 +31,8 @@ using internal::AdviceSetting;
 /// An error of up to a period of the device is that of the sample before the hand stopped; a larger one was made up. In
 /// periods.
 constexpr double kSampled = 1.001;
+/// A larger jump is a choice if it saves a twentieth of the latency.
+constexpr std::int64_t kWorthPart = 20;
 constexpr const char* kTimingFile = "timing.csv";
 /// The hand of the run must come to rest at this share of the law's stiffness: with jitter the largest stable stiffness was
 /// up to 5 % below the law (docs/forces/stiffness.md).
@@ -114,6 +116,7 @@ class Adviser {
     if (std::erase_if(plans_, [&](const Plan& plan) { return plan.pace.at_rate && !latency_of(plan); }) > 0)
       record.notes.push_back(fmt::format("{:.3g} % of {} segments is less than one: a latency for that rate is left out.",
                                          100 * options_.rate, record.segments));
+    std::erase_if(plans_, [&](const Plan& plan) { return plan.pace.jump && !is_worth_its_jump(plan); });
     record.choices.resize(plans_.size());
     std::atomic<std::size_t> done{0};
     parallel_for(plans_.size(), options_.threads, [&](std::size_t i) {
@@ -168,9 +171,10 @@ class Adviser {
                       "law, and was not tried; predict has no law and is left out. Record {:.3g} s or more.",
                       seconds(result_.record.length), seconds(result_.record.warmup + kShortestRest)));
     put_timing(kTimingFile, segments_);
+    const bool has_own_clock = has_clock(segments_);
     std::vector<WhatIf> governors;
     if (has_pauses) governors = options_.governors.value_or(internal::default_governors(segments_));
-    for (const AdvicePace& pace : internal::paces(has_pauses, options_, governors)) {
+    for (const AdvicePace& pace : internal::paces(has_pauses, has_own_clock, options_, governors)) {
       // No law says how stiff a spring this map carries, so a run with a hand has to find it.
       if (pace.map == StrategyKind::predict && !long_enough()) continue;
       const std::optional<Timing> timing = timing_of(pace);
@@ -204,8 +208,8 @@ class Adviser {
 
   /// Renderers that play forces alike are sized once.
   static std::string size_key(const Plan& plan) {
-    return fmt::format("{}|{}|{}|{}", name_of(plan.pace.map), plan.pace.bandwidth, plan.timing.key,
-                       std::string(plan.renderer->name) == "hold");
+    return fmt::format("{}|{}|{}|{}|{}", name_of(plan.pace.map), plan.pace.bandwidth, plan.pace.jump.value_or(0),
+                       plan.timing.key, std::string(plan.renderer->name) == "hold");
   }
 
   void size() {
@@ -235,6 +239,13 @@ class Adviser {
     return out;
   }
 
+  bool is_worth_its_jump(const Plan& rougher) const {
+    Plan plan = rougher;
+    plan.pace.jump.reset();
+    const Duration saved = sizes_.at(size_key(plan)).least.latency - sizes_.at(size_key(rougher)).least.latency;
+    return saved * kWorthPart > sizes_.at(size_key(plan)).least.latency;
+  }
+
   std::optional<AdviceLatency> latency_of(const Plan& plan) const {
     if (plan.pace.adaptive) return sizes_.at(size_key(plan)).least;
     return plan.pace.at_rate ? sizes_.at(size_key(plan)).at_rate : std::nullopt;
@@ -253,6 +264,7 @@ class Adviser {
     out.map = name_of(plan.pace.map);
     if (!plan.pace.bandwidth.empty()) out.bandwidth_Hz = parse_si(plan.pace.bandwidth, Dimension::rate).value();
     if (plan.pace.governor) out.governor = text_of(*plan.pace.governor);
+    out.allowed_jump = plan.pace.jump.value_or(0);
     out.accepted_rate = plan.pace.at_rate ? options_.rate : 0;
     out.adaptive = plan.pace.adaptive;
     out.searched = plan.pace.map == StrategyKind::predict;
@@ -430,6 +442,7 @@ AdviseResult advised(SizeResult sized, const AdviseOptions& options) {
 AdviseResult advise_recording(const std::string& path, const AdviseOptions& options, const RecordingOptions& recording) {
   SizeOptions size;
   size.sampling = options.sampling;
+  size.step_size = options.step_size;
   SizeResult sized = size_recording(path, size, recording);
   if (!sized.errors.empty()) return {{}, {}, std::move(sized.errors), false};
   return advised(std::move(sized), options);

@@ -21,6 +21,7 @@ constexpr AdviceRenderer kRenderers[]{
 
 /// Primes, so that no pace of segments falls in step with them. The hand that stops moves half of the time, and then twice
 /// as fast as the line's.
+constexpr double kLargerJump = 0.14;  // steps: twice the default
 constexpr int kStopsEvery_ms = 331, kSlip_ms = 167;
 
 std::string rate_text(Rate rate) {
@@ -51,6 +52,7 @@ std::string timing_text(const AdvicePace& pace, const AdviceScenario& own) {
 std::string remap_text(const AdvicePace& pace, const AdviceScenario& own) {
   std::string out = "\n[remap]\n";
   if (!pace.bandwidth.empty()) out += fmt::format("bandwidth = \"{}\"\n", pace.bandwidth);
+  if (pace.jump) out += fmt::format("jump      = {}\n", *pace.jump);
   if (!is_remap(pace.map)) return out;
   if (!own.latency) return out + "latency   = \"minimal\"\n";
   const AdviceLatency& latency = *own.latency;
@@ -168,16 +170,21 @@ std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments
   return out;
 }
 
-std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors) {
+std::vector<AdvicePace> paces(bool has_pauses, bool has_clock, const AdviseOptions& options,
+                              const std::vector<WhatIf>& governors) {
   std::vector<AdvicePace> list{{.map = StrategyKind::direct, .all_renderers = true}};
   // Without pauses every step is a segment, which `paper` has no use for.
   if (has_pauses) list.push_back({.map = StrategyKind::paper});
+  if (has_clock) list.push_back({.map = StrategyKind::clocked, .all_renderers = true});
   AdvicePace locked{.map = StrategyKind::phase_locked, .all_renderers = true};
   for (const Rate bandwidth : options.bandwidths) {
     locked.bandwidth = rate_text(bandwidth);
     list.push_back(locked);
   }
   locked.all_renderers = false;
+  AdvicePace rougher = locked;
+  rougher.jump = kLargerJump;
+  list.push_back(rougher);
   AdvicePace at_rate = locked;
   at_rate.at_rate = true;
   list.push_back(at_rate);

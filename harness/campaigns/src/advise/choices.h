@@ -25,12 +25,15 @@ struct AdvicePace {
   StrategyKind map = StrategyKind::direct;
   std::string bandwidth;  ///< as [remap] takes it; empty: the map has none
   std::optional<WhatIf> governor;
+  std::optional<double> jump;  ///< [remap] jump; empty: its default
   bool at_rate = false;        ///< the latency of AdviseOptions::rate
   bool adaptive = false;       ///< a latency that adapts, at most the least one for which nothing is late
   bool all_renderers = false;  ///< false: with the plainest and the local model, which suffices to compare
 };
-/// The paces worth comparing for segments with or without pauses, as they are and with each of these governors.
-std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors);
+/// The paces worth comparing for segments with or without pauses, and with or without a clock of their own (t(n)), as they
+/// are and with each of these governors.
+std::vector<AdvicePace> paces(bool has_pauses, bool has_clock, const AdviseOptions& options,
+                              const std::vector<WhatIf>& governors);
 /// The renderers among those asked for that go with a pace; at least one.
 std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names);
 /// The share of the time in which nothing is drawn and no step runs after a segment's work.

@@ -5,10 +5,6 @@
 
 namespace evenstep::internal {
 
-bool has_clock(const std::vector<SegmentTiming>& segments) {
-  return std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& one) { return !one.simulated.empty(); });
-}
-
 SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate) {
   const bool given = has_clock(segments);
   const std::int64_t size_ns = instant_ns(step_rate, 1);

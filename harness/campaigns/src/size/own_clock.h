@@ -18,7 +18,5 @@ namespace evenstep::internal {
 /// dropped before that frame, as many as bring r_k within one dt of the least. If that happens in more than a tenth of the
 /// frames, or the steps follow no clock, the segments are left without t(n).
 SizeClock follow_clock(std::vector<SegmentTiming>& segments, Rate step_rate);
-/// Whether any step has a t(n).
-bool has_clock(const std::vector<SegmentTiming>& segments);
 
 }  // namespace evenstep::internal

@@ -99,6 +99,7 @@ class Sizer {
     if (record.interpolated) record.linear = bounds(true);
     maps_ = internal::maps_to_size(input_.setup, options_.other_maps);
     for (const StrategyKind map : maps_) record.strategies.push_back(strategy(map));
+    add_other_jumps(record);
     add_hitches(record);
     record.what_ifs = internal::what_if_rows(input_.setup, input_.segments, maps_, options_);
   }
@@ -255,6 +256,19 @@ class Sizer {
                       pause.latency() + sampling_term()};
     add_paths(linear, bounds);
     return bounds;
+  }
+
+  void add_other_jumps(SizeRecord& record) const {
+    if (std::find(maps_.begin(), maps_.end(), StrategyKind::phase_locked) == maps_.end()) return;
+    for (const double times : {0.5, 2.0}) {
+      MapSetup setup = input_.setup;
+      setup.remap.jump *= times;
+      RunningNeeds needs(devices_, setup.emission, RunningNeeds::Phase::any);
+      each_mapped_step(setup, StrategyKind::phase_locked, input_.segments,
+                       [&](std::span<const MappedStep> steps) { needs.add(steps); });
+      record.other_jumps.push_back(
+          {setup.remap.jump, needs.budget().latency + needed_ahead(setup, StrategyKind::phase_locked, setup.emission)});
+    }
   }
 
   SizeStrategy strategy(StrategyKind kind) {
@@ -494,7 +508,7 @@ SizeResult size_input(std::vector<SegmentTiming> segments, const std::string& na
   input.setup.grids.push_back({options.sampling, RealTime{}});
   input.setup.emission = options.emission;
   input.setup.step_rate = mean_rate(input.segments);
-  if (options.step_size || internal::has_clock(input.segments)) {
+  if (options.step_size || has_clock(input.segments)) {
     input.setup.step_rate =
         options.step_size.value_or(Rate{1'000'000'000, std::max<std::int64_t>(usual_step_size(input.segments).ns, 1)});
     record.clock = internal::follow_clock(input.segments, input.setup.step_rate);

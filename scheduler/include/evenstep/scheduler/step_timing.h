@@ -57,6 +57,9 @@ struct SegmentTiming {
   }
 };
 
+/// Whether any step has a t(n).
+bool has_clock(std::span<const SegmentTiming> segments);
+
 class StepTiming {
  public:
   virtual ~StepTiming() = default;

@@ -23,11 +23,12 @@ namespace evenstep {
 inline constexpr std::int64_t kMostAdviceSteps = 300'000;
 
 struct AdviseOptions {
-  Rate sampling{1000, 1};        ///< of the device; for a scenario, that of its slowest device
-  double rate = 0.01;            ///< share of segments that may be late in the second choice of latency, in (0, 1)
-  double damping_N_s_per_m = 1;  ///< of hand and device; above 0
-  double mass_kg = 0.2;          ///< of hand and device; above 0
-  Rate firmware_rate{4000, 1};   ///< at which a device renders springs by itself; at least 100 Hz
+  Rate sampling{1000, 1};         ///< of the device; for a scenario, that of its slowest device
+  std::optional<Rate> step_size;  ///< SizeOptions::step_size, of a recording
+  double rate = 0.01;             ///< share of segments that may be late in the second choice of latency, in (0, 1)
+  double damping_N_s_per_m = 1;   ///< of hand and device; above 0
+  double mass_kg = 0.2;           ///< of hand and device; above 0
+  Rate firmware_rate{4000, 1};    ///< at which a device renders springs by itself; at least 100 Hz
   std::vector<Rate> bandwidths{{1, 1}, {2, 1}};  ///< of `phase_locked`
   std::vector<std::string> renderers{"hold", "linear", "local", "device_spring"};
   /// What a simulator could change (what_if.h), in the form that it can do without knowing the future. Empty: split 2, a

@@ -21,6 +21,7 @@ struct AdviceChoice {
   std::string map;
   double bandwidth_Hz = 0;   ///< of the map; 0: it has none
   std::string governor;      ///< in words, as the table says it; empty: the simulator's pace is left as it is
+  double allowed_jump = 0;   ///< [remap] jump, if it is not the default; else 0
   double accepted_rate = 0;  ///< share of segments whose forces may be late; 0: none
   bool adaptive = false;     ///< the latency follows what the steps need
   std::string renderer;      ///< "hold", "linear", "local" or "device_spring"
@@ -81,9 +82,9 @@ std::vector<double> prices_of(const AdviceChoice& choice);
 void rank(AdviceRecord& record);
 
 /// The choice to use if the solver says how stiff it is, or if it gives forces only; null if there is none. Only choices on
-/// the front count that draw and simulate as recorded, with no force late, and without governor, springs, adaptive latency
-/// or running on. Of those that jump by at most 0.15 steps it is the one with the least delay; if none is as smooth, it is
-/// the one that jumps least.
+/// the front count that draw and simulate as recorded, with no force late, and without governor, springs, adaptive latency,
+/// a jump other than the default, or running on. Of those that jump by at most 0.15 steps it is the one with the least
+/// delay; if none is as smooth, it is the one that jumps least.
 const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_stiffness);
 
 /// Text for people: the table, and what to choose when. The sentences, but not the table, are wrapped at `columns`.

@@ -56,7 +56,7 @@ struct SizeRate {
   std::optional<SizeRateNeed> sure;
 };
 
-/// The least latency of any path whose velocity jump is at most `jump` (remap/jump_bound.h).
+/// The least latency of any path (remap/jump_bound.h), or of a map, whose velocity jump is at most `jump`.
 struct SizePath {
   double jump = 0;  ///< in mean slots
   Duration latency;
@@ -174,10 +174,11 @@ struct SizeRecord {
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
-  std::vector<SizeHitches> hitches;  ///< in order of the longest excess
-  std::vector<SizeWhatIf> what_ifs;  ///< empty if nobody asked
-  std::optional<SizeCycle> cycle;    ///< for a list of steps without segments
-  std::optional<SizeClock> clock;    ///< if the recording has one, or a step size was given
+  std::vector<SizePath> other_jumps;  ///< of phase_locked with half and twice its [remap] jump; empty without this map
+  std::vector<SizeHitches> hitches;   ///< in order of the longest excess
+  std::vector<SizeWhatIf> what_ifs;   ///< empty if nobody asked
+  std::optional<SizeCycle> cycle;     ///< for a list of steps without segments
+  std::optional<SizeClock> clock;     ///< if the recording has one, or a step size was given
 };
 
 const char* name_of(SizeHitches::What what);
