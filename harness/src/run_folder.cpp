@@ -63,7 +63,7 @@ std::string report_of(const Scenario& scenario, const RunOutcome& outcome, const
                       const std::string& study) {
   const CaseRecord* const case_record = outcome.case_record ? &*outcome.case_record : nullptr;
   return run_page({outcome.record, outcome.metrics, outcome.results, case_record, kVersion, name_of(outcome.verdict),
-                   suffered_lines(outcome), outcome.failure, outcome.exit == ExitCode::pass ? "" : outcome.remedy, reproduce,
+                   suffered(outcome), outcome.failure, outcome.exit == ExitCode::pass ? "" : outcome.remedy, reproduce,
                    study, sources_of(scenario, outcome)});
 }
 

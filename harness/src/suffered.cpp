@@ -59,7 +59,7 @@ bool is_asserted(const Harm& harm, const std::string& signal, const std::string&
 
 }  // namespace
 
-std::string suffered_lines(const RunOutcome& outcome) {
+std::vector<std::string> suffered(const RunOutcome& outcome) {
   // What several have suffered alike stands in one line.
   std::vector<std::pair<std::string, std::vector<std::string>>> suffered_by;
   const auto say = [&](const std::string& what, const std::string& who) {
@@ -72,17 +72,17 @@ std::string suffered_lines(const RunOutcome& outcome) {
       same->second.push_back(who);
   };
   const auto add = [&](const std::string& device, const StrategyRecord& strategy, std::span<const Harm> harms) {
-    std::vector<std::string> suffered;
+    std::vector<std::string> counts;
     const std::string before = device.empty() ? "" : device + ".";
     const double judged = value_or_0(outcome.metrics, before + "interaction." + strategy.name, "judged");
     for (const Harm& harm : harms) {
       const std::string signal = fmt::format("{}{}.{}", before, harm.room, strategy.name);
       const double count = value_or_0(outcome.metrics, signal, std::string(harm.metric));
       if (!(count > 0) || is_asserted(harm, signal, before + "buffers." + strategy.name, outcome.results)) continue;
-      suffered.push_back(harm.of_judged ? fmt::format("{} of {} {}", count, judged, harm.words)
-                                        : fmt::format("{} {}", count, harm.words));
+      counts.push_back(harm.of_judged ? fmt::format("{} of {} {}", count, judged, harm.words)
+                                      : fmt::format("{} {}", count, harm.words));
     }
-    say(fmt::format("{}", fmt::join(suffered, ", ")), before + strategy.name);
+    say(fmt::format("{}", fmt::join(counts, ", ")), before + strategy.name);
   };
   for (const StrategyRecord& strategy : outcome.record.strategies) {
     for (const DeviceRecord& device : strategy.devices) add(device.name, strategy, kOfDevice);
@@ -91,9 +91,15 @@ std::string suffered_lines(const RunOutcome& outcome) {
     if (!strategy.solver.memoryless && !is_asserted(kPace, solver, "", outcome.results))
       say(text(pace_of(strategy, outcome.record.nominal.slot_s)), strategy.name);
   }
-  std::string lines;
+  std::vector<std::string> all;
   for (const auto& [what, who] : suffered_by)
-    lines += fmt::format("suffered     {}: {}; nothing asserts this\n", fmt::join(who, ", "), what);
+    all.push_back(fmt::format("{}: {}; nothing asserts this", fmt::join(who, ", "), what));
+  return all;
+}
+
+std::string suffered_lines(const RunOutcome& outcome) {
+  std::string lines;
+  for (const std::string& one : suffered(outcome)) lines += fmt::format("suffered     {}\n", one);
   return lines;
 }
 

@@ -213,11 +213,11 @@ Tried try_extremes(std::uint64_t key_share, std::uint64_t read_share, std::uint6
 
 TEST_CASE("Every key with extreme values is refused with its place, or the commands that use it end as documented") {
   const Tried tried =
-      try_extremes(kSanitized ? 30 : 3, 3, 7, {});  // to find a scenario with a key takes a second with sanitizers
+      try_extremes(kSanitized ? 60 : 5, 3, 7, {});  // to find a scenario with a key takes a second with sanitizers
   if (std::getenv("EVENSTEP_KEY")) return;
-  CHECK(tried.values > share_of(20 * 30));
-  CHECK(tried.taken > share_of(20 * 7));
-  CHECK(tried.runs > share_of(20));
+  CHECK(tried.values > share_of(10 * 30));
+  CHECK(tried.taken > share_of(10 * 7));
+  CHECK(tried.runs > share_of(10));
 }
 
 TEST_CASE("Every extreme value that is taken ends every command as documented", "[million]") {

@@ -149,9 +149,11 @@ ForetoldSchedule foretell_schedule(const Scenario& scenario) {
   Rows<SegmentRow> rows;
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   for (SegmentTiming segment; timing->next(segment) && segment.begin < end;) {
-    SegmentRow& row = rows.emplace_back();
-    row.begin = segment.begin;
-    row.end = segment.end;
+    if (!scenario.faults.empty()) {  // who needs the rows; a run may be long
+      SegmentRow& row = rows.emplace_back();
+      row.begin = segment.begin;
+      row.end = segment.end;
+    }
     pauses.add_segment({segment.begin, segment.end}, segment.visualization, segment.steps, segment.overlaps());
     foretold.pace.add_segment({segment.begin, segment.end}, segment.steps);
     foretold.drawings.left_out += segment.drawing.left_out && segment.begin >= from;

@@ -140,6 +140,12 @@ TEST_CASE("with jitter of 2.5 % the same hitches come back, and a schedule witho
   CHECK(invented == 0);
 }
 
+TEST_CASE("three segments have a usual one, so a hitch among them is found, and two have none") {
+  const std::vector<Put> puts{{1, What::step, {9 * ms}}};
+  CHECK(Hitches(schedule(3, puts, 0, false)).kinds().size() == 1);
+  CHECK(Hitches(schedule(2, puts, 0, false)).kinds().empty());
+}
+
 TEST_CASE("ten equal hitches hide each other one by one, but not as a kind") {
   std::vector<Put> puts;
   for (std::size_t i = 1; i <= 10; ++i) puts.push_back({20 * i, What::visualization, {20 * ms}});

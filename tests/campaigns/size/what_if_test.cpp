@@ -302,6 +302,28 @@ TEST_CASE("a percentile of the pace is one of the times that the work takes", "[
   CHECK(applied("pace 100 %", segments).price.segments_lost > 0.2);
 }
 
+TEST_CASE("a pace chosen without knowing the future is that of the first two seconds, whatever comes later") {
+  // Work of 10 ms for a second, of 12 ms in the next one, of 30 ms after that.
+  std::vector<SegmentTiming> segments;
+  for (RealTime at; at < RealTime{6'000'000'000};) {
+    const Duration step{at < RealTime{1'000'000'000} ? 5'000'000 : at < RealTime{2'000'000'000} ? 7'000'000 : 25'000'000};
+    SegmentTiming segment;
+    segment.index = std::ssize(segments);
+    segment.begin = at;
+    segment.visualization = Interval{at, at + Duration{5'000'000}};
+    segment.steps.push_back({segment.visualization->end, segment.visualization->end + step});
+    segment.end = at = segment.steps.back().end;
+    segments.push_back(segment);
+  }
+  const Result<WhatIfTiming> causal = evenstep::apply(parsed("pace 80 %"), segments, true);
+  const Result<WhatIfTiming> knowing = evenstep::apply(parsed("pace 80 %"), segments);
+  REQUIRE(causal);
+  REQUIRE(knowing);
+  REQUIRE(causal->pace);
+  CHECK(causal->pace->ns == 12'000'000);
+  CHECK(knowing->pace->ns == 30'000'000);
+}
+
 TEST_CASE("what helps and what does not on a recording that runs freely", "[what-if]") {
   const SizeRecord record = sized("regime-free-basic", {"split 3", "budget 20 ms merge", "pace 90 %"});
   REQUIRE(record.what_ifs.size() == 5);  // the percentile has two rows

@@ -345,6 +345,28 @@ TEST_CASE("The fewest that fail are found for every set of up to two culprits an
             .empty());
 }
 
+TEST_CASE("what fails because a loop dropped simulated time is shrunk to one place where it drops, and replays so") {
+  const TemporaryFolder folder;
+  // A picture of 150 ms every two seconds, and at most 3 steps of 20 ms in a frame: five steps are dropped each time.
+  const std::string path = folder.write(
+      "drops.toml",
+      "format = 1\nname = \"drops\"\n[run]\nduration = \"7 s\"\nwarmup = \"1 s\"\nstrategies = [\"clocked\"]\n"
+      "[timing]\nloop = \"accumulator\"\nsegment = \"60 Hz\"\nvisualization = \"4 ms\"\nstep = \"0.4 ms\"\nmax_steps = 3\n"
+      "hitch = { every = \"2 s\", visualization = \"150 ms\" }\n[scene]\nkind = \"spring\"\nstep_size = \"50 Hz\"\n"
+      "[[device]]\nname = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n"
+      "motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.1 s\" }\n"
+      "[remap]\ndropped = \"jump\"\n"
+      "[[expect]]\nsignal = \"left.interaction.clocked\"\nmetric = \"velocity_jump\"\nmax = \"1.5 step\"\n");
+  const ShrinkOutcome outcome = shrunk(folder, path);
+  REQUIRE(outcome.perturbations.size() == 1);
+  const Perturbation& drop = outcome.perturbations.front();
+  CHECK(drop.kind == Perturbation::Kind::dropped);
+  CHECK(drop.nominal == 0);
+  CHECK(drop.deviation == 2);  // one step dropped jumps by a step, two by two
+  CHECK_THAT(text(drop), Contains("simulated time dropped before step 0 of segment") && Contains(": 2 steps"));
+  CHECK_THAT(contents(folder / "out/drops-shrunk.csv"), Contains("simulated_ns"));
+}
+
 TEST_CASE("Bisection ends at the least number that fails in both directions") {
   const auto always = [] { return true; };
   for (std::int64_t least = 1; least <= 40; ++least) {

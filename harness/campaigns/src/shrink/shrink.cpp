@@ -352,6 +352,8 @@ std::string text(const Perturbation& p) {
       return fmt::format("step {} of segment {}: {} ns instead of {}", p.step, p.segment, value, p.nominal);
     case Perturbation::Kind::step_gap:
       return fmt::format("pause before step {} of segment {}: {} ns instead of {}", p.step, p.segment, value, p.nominal);
+    case Perturbation::Kind::dropped:
+      return fmt::format("simulated time dropped before step {} of segment {}: {} steps", p.step, p.segment, value);
   }
   return "";
 }

@@ -47,6 +47,7 @@ TimingShape::TimingShape(const Scenario& scenario) {
       (programmed.paced || (!lanes_ && is_periodic(programmed))))
     grid_ = programmed.segment;
   measure(segments);
+  measure_clock(segments, scenario.scene.step_rate);
   set_nominal(scenario);
   compare();
 }
@@ -75,6 +76,23 @@ void TimingShape::measure(const std::vector<SegmentTiming>& segments) {
     }
     if (!shown) show();
   }
+}
+
+void TimingShape::measure_clock(const std::vector<SegmentTiming>& segments, Rate step_rate) {
+  for (Lengths& one : segments_) one.dropped.assign(one.steps.size(), 0);
+  std::optional<std::int64_t> before;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    for (std::size_t i = 0; i < segments[k].simulated.size(); ++i, ++n) {
+      const SimTime t = segments[k].simulated[i];
+      const std::int64_t number = first_tick_at_or_after(step_rate, RealTime{t.ns});
+      if (sim_time(step_rate, number) != t || (before && number <= *before)) return;
+      if (!before) first_step_ = number;
+      (lanes_ ? segments_.front().dropped[n] : segments_[k].dropped[i]) = before ? number - *before - 1 : 0;
+      before = number;
+    }
+  }
+  if (before) clock_ = step_rate;
 }
 
 void TimingShape::set_nominal(const Scenario& scenario) {
@@ -116,6 +134,7 @@ void TimingShape::compare() {
     for (std::size_t i = 0; i < one.steps.size(); ++i) {
       if (!grid_ && (k > 0 || i > 0)) add(Kind::step_gap, k, i, one.gaps[i], nominal_.gap);
       add(Kind::step, k, i, one.steps[i], nominal_.step);
+      if (clock_) add(Kind::dropped, k, i, one.dropped[i], 0);
     }
   }
 }
@@ -129,6 +148,7 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     one.steps_before = segments_[k].visualization > 0 ? segments_[k].steps_before : nominal_.steps_before;
     one.steps.assign(lanes_ ? segments_[k].steps.size() : nominal_.count, nominal_.step);
     one.gaps.assign(one.steps.size(), nominal_.gap);
+    one.dropped.assign(one.steps.size(), 0);
     if (k == 0 && !one.gaps.empty() && !segments_[0].gaps.empty()) one.gaps[0] = segments_[0].gaps[0];
   }
   for (const Perturbation& p : perturbations) {  // the numbers of steps come first
@@ -136,6 +156,7 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     const auto count = static_cast<std::size_t>(std::max<std::int64_t>(p.nominal + p.deviation, 0));
     all[p.segment].steps.resize(count, nominal_.step);
     all[p.segment].gaps.resize(count, nominal_.gap);
+    all[p.segment].dropped.resize(count, 0);
   }
   for (const Perturbation& p : perturbations) {
     Lengths& one = all[p.segment];
@@ -145,6 +166,7 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     if (p.step >= one.steps.size()) continue;
     if (p.kind == Perturbation::Kind::step) one.steps[p.step] = value;
     if (p.kind == Perturbation::Kind::step_gap) one.gaps[p.step] = value;
+    if (p.kind == Perturbation::Kind::dropped) one.dropped[p.step] = value;
   }
   return all;
 }
@@ -200,9 +222,21 @@ std::vector<SegmentTiming> TimingShape::side_by_side(const std::vector<Lengths>&
   return segments;
 }
 
+void TimingShape::put_clock(const std::vector<Lengths>& all, std::vector<SegmentTiming>& segments) const {
+  std::int64_t number = first_step_;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    for (std::size_t i = 0; i < segments[k].steps.size(); ++i, ++n) {
+      number += lanes_ ? all.front().dropped[n] : all[k].dropped[i];
+      segments[k].simulated.push_back(sim_time(*clock_, number++));
+    }
+  }
+}
+
 std::vector<SegmentTiming> TimingShape::build(const std::vector<Perturbation>& perturbations, std::size_t segments) const {
   const std::vector<Lengths> all = lengths(perturbations);
   std::vector<SegmentTiming> out = lanes_ ? side_by_side(all) : in_turn(all);
+  if (clock_) put_clock(all, out);
   out.resize(std::min(segments, out.size()));
   return out;
 }

@@ -8,14 +8,16 @@
 /// that moves by itself (evenstep/reports/pace.h), for each strategy. Saturated samples are told apart (saturation.h).
 
 #include <string>
+#include <vector>
 
 #include "evenstep/harness/run.h"
 
 namespace evenstep {
 
-/// "suffered     left.phase_locked: 1800 of 1800 forces late; nothing asserts this": a line for those devices and strategies
-/// that suffered the same; empty if there is nothing. What an expectation that was judged names (a `*` included) is left
-/// out.
+/// "left.phase_locked: 1800 of 1800 forces late; nothing asserts this": one for those devices and strategies that suffered
+/// the same. What an expectation that was judged names (a `*` included) is left out.
+std::vector<std::string> suffered(const RunOutcome& outcome);
+/// The same as text, each line beginning with "suffered".
 std::string suffered_lines(const RunOutcome& outcome);
 
 }  // namespace evenstep

@@ -34,12 +34,12 @@ struct ShrinkOptions {
   std::function<void(std::int64_t runs, std::size_t perturbations)> progress;
 };
 
-/// A length that differs from the nominal one.
+/// A length that differs from the nominal one, or simulated time that the loop dropped before a step.
 struct Perturbation {
-  enum class Kind { count, visualization, visualization_gap, step, step_gap } kind = Kind::step;
+  enum class Kind { count, visualization, visualization_gap, step, step_gap, dropped } kind = Kind::step;
   std::size_t segment = 0;     ///< 0 for a step of a concurrent timing, whose steps are numbered over the whole run
   std::size_t step = 0;        ///< number within its segment
-  std::int64_t nominal = 0;    ///< ns; for `count`, a number of steps
+  std::int64_t nominal = 0;    ///< ns; for `count` and `dropped`, a number of steps
   std::int64_t deviation = 0;  ///< in the same unit; never 0
 };
 /// "step 3 of segment 12: 5482222 ns instead of 1482222 ns"

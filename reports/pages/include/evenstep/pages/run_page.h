@@ -25,10 +25,10 @@ struct RunPage {
   std::span<const ExpectationResult> results;
   const CaseRecord* case_record = nullptr;  ///< of a scenario with a [case]
   std::string version, verdict;
-  std::string suffered;         ///< what it suffered and nothing asserts, a line each
-  std::string failure, remedy;  ///< of a run that stopped
-  std::string reproduce;        ///< the command that runs it again
-  std::string study_svg;        ///< error against cost, of a study of this scenario; empty: there is none
+  std::vector<std::string> suffered;  ///< what it suffered and nothing asserts
+  std::string failure, remedy;        ///< of a run that stopped
+  std::string reproduce;              ///< the command that runs it again
+  std::string study_svg;              ///< error against cost, of a study of this scenario; empty: there is none
   std::vector<SourceText> sources;
 };
 
