@@ -133,6 +133,7 @@ TEST_CASE("simulated time that passes 12.8 times as fast as real time is said wi
   const std::vector<Segment> segments = bursts(2'100, 160, true);  // 15 steps in 33.3 ms
   CHECK(text(pace_of_all(segments, 2.22e-3)).empty());
   CHECK(text(pace_of_all(segments, 2.22e-3 * 1.0099)).empty());
+  CHECK_FALSE(text(pace_of_all(segments, 2.22e-3 * 1.02)).empty());
   const Pace fast = pace_of_all(segments, 12.8 * 2.22e-3);
   CHECK(fast.simulated_per_real() == Approx(12.8).epsilon(0.01));  // to a burst in 100
   CHECK_THAT(text(fast), Contains("passes 12.9 times as fast as real time: to a hand all that moves is too fast") &&
