@@ -146,6 +146,16 @@ TEST_CASE("three segments have a usual one, so a hitch among them is found, and 
   CHECK(Hitches(schedule(2, puts, 0, false)).kinds().empty());
 }
 
+TEST_CASE("hitches that get shorter little by little are one kind down to a quarter of the longest, and then another") {
+  std::vector<Put> puts;
+  for (const std::int64_t excess_ms : {40, 29, 21, 15, 11, 8})
+    puts.push_back({100 + 20 * puts.size(), What::step, {excess_ms * ms}});
+  const Hitches found(schedule(480, puts, 0, false));
+  REQUIRE(found.kinds().size() == 2);
+  CHECK(found.kinds()[0].size() == 5);
+  CHECK(found.kinds()[1].size() == 1);
+}
+
 TEST_CASE("ten equal hitches hide each other one by one, but not as a kind") {
   std::vector<Put> puts;
   for (std::size_t i = 1; i <= 10; ++i) puts.push_back({20 * i, What::visualization, {20 * ms}});
