@@ -146,6 +146,30 @@ TEST_CASE("three segments have a usual one, so a hitch among them is found, and 
   CHECK(Hitches(schedule(2, puts, 0, false)).kinds().empty());
 }
 
+TEST_CASE("a step counts as a hitch from six of its robust deviations on") {
+  // Steps of 1.7, 2 and 2.3 ms: the median deviation is 0.3 ms, so six robust deviations are 2.67 ms.
+  const auto found = [](Duration excess) {
+    std::vector<SegmentTiming> segments(240);
+    RealTime at;
+    for (std::int64_t k = 0; k < std::ssize(segments); ++k) {
+      SegmentTiming& segment = segments[static_cast<std::size_t>(k)];
+      segment.index = k;
+      segment.begin = at;
+      segment.visualization = Interval{at, at + Duration{10 * ms}};
+      at = segment.visualization->end;
+      for (std::int64_t i = 0; i < 10; ++i) {
+        const Duration length{2 * ms + ((k * 10 + i) % 3 - 1) * 300'000};
+        segment.steps.push_back({at, at + length + (k == 120 && i == 5 ? excess : Duration{})});
+        at = segment.steps.back().end;
+      }
+      segment.end = at;
+    }
+    return Hitches(segments).kinds().size();
+  };
+  CHECK(found({2 * ms}) == 0);
+  CHECK(found({4 * ms}) == 1);
+}
+
 TEST_CASE("hitches that get shorter little by little are one kind down to a quarter of the longest, and then another") {
   std::vector<Put> puts;
   for (const std::int64_t excess_ms : {40, 29, 21, 15, 11, 8})
