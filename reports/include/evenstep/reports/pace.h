@@ -25,8 +25,8 @@ struct Pace {
   bool keeps_real_time() const;
 };
 
-/// "simulated time passes 12.8 times as fast as real time: to a hand all moves too fast; remedy: ..."; empty if it keeps
-/// real time.
+/// "simulated time passes 12.8 times as fast as real time: to a hand all that moves is too fast; with a step size of ...";
+/// empty if it keeps real time.
 std::string text(const Pace& pace);
 
 struct StrategyRecord;
