@@ -246,6 +246,18 @@ TEST_CASE("without a cycle every step is a segment and that is said") {
   CHECK_THAT(size_text(record), Contains("none: no pause between steps stands out"));
 }
 
+TEST_CASE("the other jumps that size tries are such as a scenario takes") {
+  for (const auto& [set, half, twice] : {std::tuple("0.07", 0.035, 0.14), {"0.8", 0.4, 1.0}, {"0.01", 0.01, 0.02}}) {
+    const ReadResult scenario = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
+                                              {{std::string("remap.jump=") + set, "run.duration=\"1 s\""}});
+    REQUIRE(scenario);
+    const std::vector<SizePath> jumps = size_scenario(*scenario, {}).record.other_jumps;
+    REQUIRE(jumps.size() == 2);
+    CHECK(jumps[0].jump == Approx(half));
+    CHECK(jumps[1].jump == Approx(twice));
+  }
+}
+
 TEST_CASE("a list of begins and ends is read like timing.csv and its mistakes are named") {
   const auto error = [](const std::string& text) {
     const TimingCsv csv = parse_timing_or_steps(text, "list.csv");

@@ -262,7 +262,7 @@ class Sizer {
     if (std::find(maps_.begin(), maps_.end(), StrategyKind::phase_locked) == maps_.end()) return;
     for (const double times : {0.5, 2.0}) {
       MapSetup setup = input_.setup;
-      setup.remap.jump *= times;
+      setup.remap.jump = std::clamp(times * setup.remap.jump, 0.01, 1.0);  // what [remap] takes
       RunningNeeds needs(devices_, setup.emission, RunningNeeds::Phase::any);
       each_mapped_step(setup, StrategyKind::phase_locked, input_.segments,
                        [&](std::span<const MappedStep> steps) { needs.add(steps); });
