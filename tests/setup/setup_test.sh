@@ -11,6 +11,7 @@ trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 chmod 755 "$work"   # some cases run as another user
 cd "$work" || exit 1
 unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR DEBIAN_FRONTEND
+export EVENSTEP_SANITIZED=all   # what .ci/run builds with sanitizers
 touch out err calls
 
 fail() {
@@ -299,6 +300,8 @@ add_custom_target(evenstep ALL DEPENDS ${program})
 option(EVENSTEP_BUILD_TESTS "" ON)
 if(EVENSTEP_BUILD_TESTS)
 find_package(OnlyTestsNeedThis REQUIRED PATHS ${CMAKE_SOURCE_DIR} NO_DEFAULT_PATH)
+add_subdirectory(tests/clock)
+add_subdirectory(tests/compare)
 foreach(name IN ITEMS faults test_clock test_scheduler test_ring test_remapper test_harness)
   add_custom_target(${name})
 endforeach()
@@ -315,7 +318,9 @@ endforeach()
 endif()
 END
   touch "$1/OnlyTestsNeedThisConfig.cmake"
-  mkdir -p "$1/tests/compare"
+  mkdir -p "$1"/tests/{clock,compare}
+  echo 'add_custom_target(of_clock ALL COMMAND touch built)' >"$1/tests/clock/CMakeLists.txt"
+  echo 'add_custom_target(of_compare ALL COMMAND touch built)' >"$1/tests/compare/CMakeLists.txt"
   echo >"$1/tests/compare/validate.py"   # finds nothing to complain of
   stand_in dpkg-query <<<'shift 3; printf "installed %s\n" "$@"'
   PATH=$work/bin:$PATH
@@ -560,6 +565,35 @@ case_the_check_counts_a_stage_that_ran_no_test() {
   call c/.ci/run
   expect_status 1
   [[ $(tail -1 out) == '17 passed, 1 failed' ]] || fail "not the tests under tsan"
+}
+case_the_check_takes_one_turn_of_four_under_sanitizers() {
+  local turn expected
+  clone c
+  cat >>c/CMakeLists.txt <<'END'
+foreach(third IN ITEMS 1 2)
+  add_test(NAME third-${third} COMMAND true)
+  set_tests_properties(third-${third} PROPERTIES LABELS third-${third})
+endforeach()
+END
+  # 6 tests, 8 runs and the summaries before any sanitizer. Then 3 tests and 2 runs, or one test.
+  for turn in 'third-1 20' 'third-2 20' 'threads 16'; do
+    read -r turn expected <<<"$turn"
+    rm -rf c/build
+    EVENSTEP_SANITIZED=$turn call c/.ci/run
+    expect_status 0
+    grep -qF "EVENSTEP_SANITIZED=$turn .ci/run takes the same again" out || fail "which turn it is"
+    [[ $(tail -1 out) == "$expected passed, 0 failed" ]] || fail "not $expected passed"
+    case $turn in
+      third-1) [[ -e c/build/asan-ubsan/tests/clock/built && ! -e c/build/asan-ubsan/tests/compare/built ]] ;;
+      third-2) [[ ! -e c/build/asan-ubsan/tests/clock/built && -e c/build/asan-ubsan/tests/compare/built ]] ;;
+      threads) [[ ! -e c/build/asan-ubsan && -e c/build/tsan ]] ;;
+    esac || fail "not what was to be built: $turn"
+  done
+  EVENSTEP_SANITIZED= call c/.ci/run
+  expect_status 0
+  EVENSTEP_SANITIZED=third-4 call c/.ci/run
+  expect_status 2
+  expect_err "EVENSTEP_SANITIZED is 'third-4': expected all, third-1 third-2 third-3 threads"
 }
 
 declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }
