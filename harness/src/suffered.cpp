@@ -27,7 +27,8 @@ struct Harm {
 constexpr std::array kOfDevice = std::to_array<Harm>(
     {{"interaction", "underruns", "samples missing", true, "underrun_rate", "underruns interaction_underruns underrun_rate"},
      {"force", "underruns", "forces late", true, "underrun_rate late", "underruns force_underruns underrun_rate"},
-     {"buffers", "overruns", "entries overwritten before they were read"},
+     {"buffers", "overruns", "samples overwritten before they were read"},
+     {"force", "ticks_overrun", "ticks whose force was overwritten before it was played"},
      {"force", "forces_dropped", "forces dropped"},
      {"force", "non_finite", "forces not finite"},
      {"force", "cuts_device", "cuts by the device's switch"},

@@ -138,6 +138,13 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
   std::string lines =
       fmt::format("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                   ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+  if (plan.needed) {
+    json["needed_interaction_capacity"] = plan.needed->samples;
+    json["needed_force_capacity"] = plan.needed->forces;
+    const bool enough = plan.needed->samples <= plan.interaction_capacity && plan.needed->forces <= plan.force_capacity;
+    lines += fmt::format("               {}: this timing needs {} and {}\n", enough ? "these are enough" : "too small",
+                         plan.needed->samples, plan.needed->forces);
+  }
   if (plan.adapts) lines += adaptation_lines(scenario, plan, json);
   for (const DeviceSpec& device : scenario.devices) {
     const std::string rendering = rendering_line(scenario, plan, device);

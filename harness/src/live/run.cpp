@@ -59,10 +59,14 @@ class Viewing {
   std::unique_ptr<LoopWatch> watch_;
 };
 
-/// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries.
+/// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries; or as
+/// many as the scenario says.
 std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
-  plan.interaction_capacity = 4 * plan.interaction_capacity + 64;
-  plan.force_capacity = 4 * plan.force_capacity + 64;
+  if (!plan.needed) {
+    plan.interaction_capacity = 4 * plan.interaction_capacity + 64;
+    plan.force_capacity = 4 * plan.force_capacity + 64;
+  }
+  plan.needed.reset();  // what is written during a read is real here
   std::vector<LinkSpec> links = links_of(scenario, plan);
   for (LinkSpec& link : links) link.spare = spare;
   return links;

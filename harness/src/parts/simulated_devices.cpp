@@ -108,6 +108,12 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
   LinkSpec common;
   common.samples = plan.interaction_capacity;
   common.forces = plan.force_capacity;
+  if (plan.needed) {
+    // An entry may be written while another one is read. On the virtual clock none is, so rings that somebody else has sized
+    // lack the one that it would overwrite.
+    --common.samples;
+    --common.forces;
+  }
   common.step_rate = scenario.scene.step_rate;
 
   std::vector<LinkSpec> links(scenario.devices.size(), common);

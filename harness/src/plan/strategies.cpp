@@ -60,6 +60,14 @@ void limit_to_run(const Scenario& scenario, StrategyPlan& plan) {
   plan.interaction_capacity = std::min(plan.interaction_capacity, most);
 }
 
+/// The rings that the scenario gives, instead of those that the timing needs.
+void give_rings(const Scenario& scenario, StrategyPlan& plan) {
+  if (!scenario.remap.rings || !is_remap(plan.kind)) return;
+  plan.needed = {plan.interaction_capacity, plan.force_capacity};
+  plan.interaction_capacity = scenario.remap.rings->samples;
+  plan.force_capacity = scenario.remap.rings->forces;
+}
+
 /// Predicts the counts of the judged part of the run, and sets the capacities, from one more walk.
 void predict(const Scenario& scenario, const MapSetup& setup, Duration sample_window, Duration force_window,
              StrategyPlan& plan) {
@@ -233,6 +241,7 @@ std::vector<StrategyPlan> plan(const Scenario& scenario) {
     plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
     internal::add_room(scenario, plans.back());
     limit_to_run(scenario, plans.back());
+    give_rings(scenario, plans.back());
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });

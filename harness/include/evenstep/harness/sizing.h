@@ -69,6 +69,7 @@ struct StrategyPlan {
   Duration lead, latency;  ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
+  std::optional<RingSizes> needed;  ///< what the timing needs, where the scenario says other capacities
   /// All 0 for direct and ideal. For a strategy that remaps, the latencies of its budgets are the least for the lead above.
   Sizing sizing;
   /// By the sizing pass, for each device: steps that begin in the judged span. Empty for a strategy that does not remap.

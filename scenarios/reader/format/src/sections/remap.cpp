@@ -107,6 +107,22 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
   }
 }
 
+void read_rings(ScenarioReading& reading, const Table& remap) {
+  if (!remap.has("rings")) return;
+  const std::vector<Value> sizes = remap.at("rings").list;
+  if (sizes.size() != 2) {
+    return reading.errors.add(remap.place("rings"),
+                              "'rings': a device has two, one of samples and one of forces; write rings = [64, 32]");
+  }
+  if (reading.scenario.timing.elsewhere) {
+    return reading.errors.add(remap.place("rings"),
+                              "'rings' are those between loops of one machine, and [source] plays forces of another one; "
+                              "remove it");
+  }
+  const auto size = [&](std::size_t i) { return static_cast<std::size_t>(sizes[i].integer); };
+  reading.scenario.remap.rings = {size(0), size(1)};
+}
+
 /// The map of strategy `foreign`.
 void read_foreign_map(ScenarioReading& reading, const Table& remap) {
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
@@ -144,6 +160,7 @@ void read_remap(ScenarioReading& reading) {
   spec.latency = budget("latency");
   spec.lead = budget("lead");
   read_adapt(reading, remap);
+  read_rings(reading, remap);
   spec.predict_window = remap.span("predict_window", reading.scenario.nominal, reading.errors);
   if (remap.text("dropped") == "jump")
     spec.dropped_jump.reset();
@@ -184,6 +201,10 @@ const std::vector<Field>& remap_fields() {
            "How far before its slot a step reads the hand, or after it if negative; `minimal` as for `latency`, and it "
            "may be negative too.",
        .words = "minimal|minimal-this-phase", .range = between(-kLongestRun_s, kLongestRun_s)},
+      {.table = "remap", .key = "rings", .forms = kInteger, .shape = Shape::list,
+       .meaning = "Entries of the rings of samples and of forces, of strategies that map, as your program has them. What "
+                  "has left a ring is an overrun. Default: what the timing needs.",
+       .range = between(kLeastRing, kMostRing), .example = "[64, 32]"},
       {.table = "remap", .key = "dropped", .forms = kWord, .default_toml = "\"slew\"",
        .meaning = "What strategy `clocked` does where the loop dropped simulated time: `slew`: slots move by at most "
                   "`dropped_jump` per step until they are there. `jump`: at once.",

@@ -174,6 +174,12 @@ struct ForeignMapSpec : Foreign {
   MapFactory make;
 };
 
+/// The entries of a device's rings, in the way that a program of one's own has them.
+struct RingSizes {
+  std::size_t samples = 0, forces = 0;
+};
+inline constexpr std::size_t kLeastRing = 3, kMostRing = 1 << 20;
+
 struct RemapSpec {
   double estimate_weight = 0.1;
   StepCount estimate_steps = StepCount::average;
@@ -182,6 +188,7 @@ struct RemapSpec {
   Budget latency;
   AdaptiveLatencyOptions adapt;  ///< for an adaptive latency; its emission follows from the devices
   Budget lead;
+  std::optional<RingSizes> rings;  ///< of the strategies that map; empty: as large as the timing needs
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
   Duration predict_window;  ///< how far back `predict` looks to find the hand's velocity
