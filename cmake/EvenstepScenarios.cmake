@@ -12,8 +12,20 @@
 #            `ctest -LE '^long$'` leaves out the long ones.
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself
 #
-# It works after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or
-# include(CTest) must come first; after include(CTest) with BUILD_TESTING=OFF it adds nothing. There is no exit code for
+# evenstep_add_sizing(NAME name RECORDINGS folder [LATENCY time] [LEAD time] [RINGS samples forces] [MAP map]
+#                     [LABELS label...] [PROGRAM target] [OPTIONS option...])
+#
+# A ctest for each recording in `folder`: "sizing: name: folder/file". It passes if what the program has is enough for the
+# timing of the recording, at any phase of the device (`evenstep size --fits`). Its output says what would be, which hitch
+# sets it, and the command that says so again.
+#
+#   RECORDINGS  every file of the folder but *.md: timing.csv, lists of steps, files of profilers, scenarios. A file that is
+#               none of these is a test that fails. Recordings that are added later are found by the next build.
+#   LATENCY     such as "20 ms"; with LEAD, RINGS and MAP as in `--fits`. One of LATENCY, LEAD and RINGS must be given.
+#   OPTIONS     further options of `evenstep size`: --sampling "1 kHz", --emission linear, --rate "1 %", --steps 15
+#
+# Both work after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or
+# include(CTest) must come first; after include(CTest) with BUILD_TESTING=OFF they add nothing. There is no exit code for
 # "skipped": a scenario that is named is run, and what it needs and does not find (an OpenCL device) is a failure that says
 # so.
 include_guard(GLOBAL)
@@ -65,44 +77,87 @@ function(_evenstep_in_run_folder out file root)
   endwhile()
 endfunction()
 
-function(evenstep_add_scenarios)
-  cmake_parse_arguments(PARSE_ARGV 0 ARG "RECURSE" "DIRECTORY;PROGRAM" "LABELS")
-  set(usage "evenstep_add_scenarios(DIRECTORY folder [LABELS label...] [RECURSE] [PROGRAM target])")
-  if(ARG_UNPARSED_ARGUMENTS)
-    message(FATAL_ERROR "evenstep_add_scenarios: '${ARG_UNPARSED_ARGUMENTS}' is not understood; ${usage}")
-  elseif(NOT ARG_DIRECTORY)
-    message(FATAL_ERROR "evenstep_add_scenarios: DIRECTORY is missing; ${usage}")
+# _evenstep_tests(FUNCTION USAGE FOLDER PROGRAM GLOB PATTERN) : what both functions do first. Sets in the caller `wanted`, which
+# is FALSE if no tests are to be added, `program`, `root` (the folder), `files` and `base`, from which names of tests begin.
+macro(_evenstep_tests function usage folder program_given glob pattern)
+  set(wanted TRUE)
+  if(ARG_UNPARSED_ARGUMENTS OR ARG_KEYWORDS_MISSING_VALUES)
+    message(FATAL_ERROR "${function}: '${ARG_UNPARSED_ARGUMENTS}${ARG_KEYWORDS_MISSING_VALUES}' is not understood; ${usage}")
   endif()
   if(DEFINED BUILD_TESTING AND NOT BUILD_TESTING)
-    return()
+    set(wanted FALSE)
   elseif(NOT CMAKE_TESTING_ENABLED)
-    message(FATAL_ERROR "evenstep_add_scenarios: CMake would ignore the tests; call enable_testing() first")
+    message(FATAL_ERROR "${function}: CMake would ignore the tests; call enable_testing() first")
   endif()
 
-  if(ARG_PROGRAM)
-    if(NOT TARGET ${ARG_PROGRAM})
-      message(FATAL_ERROR "evenstep_add_scenarios: PROGRAM '${ARG_PROGRAM}' is not a target; add_executable() it first")
+  if(NOT "${program_given}" STREQUAL "")
+    if(NOT TARGET "${program_given}")
+      message(FATAL_ERROR "${function}: PROGRAM '${program_given}' is not a target; add_executable() it first")
     endif()
-    set(program ${ARG_PROGRAM})
+    set(program "${program_given}")
   elseif(TARGET evenstep::evenstep)
     set(program evenstep::evenstep)
-  else()
-    message(FATAL_ERROR "evenstep_add_scenarios: there is no program evenstep::evenstep; "
+  elseif(wanted)
+    message(FATAL_ERROR "${function}: there is no program evenstep::evenstep; "
       "find_package(evenstep COMPONENTS program) first, or name a target with PROGRAM")
   endif()
 
-  get_filename_component(root "${ARG_DIRECTORY}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
-  set(glob GLOB)
-  if(ARG_RECURSE)
-    set(glob GLOB_RECURSE)
-  endif()
-  file(${glob} files LIST_DIRECTORIES FALSE CONFIGURE_DEPENDS "${root}/*.toml")
+  get_filename_component(root "${folder}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
+  file(${glob} files LIST_DIRECTORIES FALSE CONFIGURE_DEPENDS "${root}/${pattern}")
   list(SORT files)
   # Paths from the CMakeLists.txt are shorter to read, and where the tests run they are right.
   set(base "${CMAKE_CURRENT_SOURCE_DIR}")
   cmake_path(IS_PREFIX base "${root}" NORMALIZE is_below)
   if(NOT is_below)
     get_filename_component(base "${root}" DIRECTORY)
+  endif()
+endmacro()
+
+function(evenstep_add_sizing)
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "NAME;RECORDINGS;LATENCY;LEAD;MAP;PROGRAM" "RINGS;LABELS;OPTIONS")
+  set(usage "evenstep_add_sizing(NAME name RECORDINGS folder [LATENCY time] [LEAD time] [RINGS samples forces] [MAP map] \
+[LABELS label...] [PROGRAM target] [OPTIONS option...])")
+  if(NOT ARG_NAME OR NOT ARG_RECORDINGS OR NOT (ARG_LATENCY OR ARG_LEAD OR ARG_RINGS))
+    message(FATAL_ERROR "evenstep_add_sizing: NAME, RECORDINGS, or all of LATENCY, LEAD and RINGS are missing; ${usage}")
+  endif()
+  _evenstep_tests(evenstep_add_sizing "${usage}" "${ARG_RECORDINGS}" "${ARG_PROGRAM}" GLOB "*")
+  if(NOT wanted)
+    return()
+  endif()
+  list(FILTER files EXCLUDE REGEX "(/\\.[^/]*|\\.md)$")
+  if(NOT files)
+    message(FATAL_ERROR "evenstep_add_sizing: no recording in ${root}")
+  endif()
+  set(fits "")
+  foreach(what IN ITEMS LATENCY LEAD RINGS MAP)
+    if(ARG_${what})
+      string(TOLOWER ${what} word)
+      string(REPLACE ";" " " value "${ARG_${what}}")
+      list(APPEND fits "${word} ${value}")
+    endif()
+  endforeach()
+  list(JOIN fits ", " fits)
+  foreach(file IN LISTS files)
+    file(RELATIVE_PATH name "${base}" "${file}")
+    add_test(NAME "sizing: ${ARG_NAME}: ${name}" WORKING_DIRECTORY "${base}"
+      COMMAND "$<TARGET_FILE:${program}>" size "${name}" --fits "${fits}" ${ARG_OPTIONS})
+    set_tests_properties("sizing: ${ARG_NAME}: ${name}" PROPERTIES LABELS "${ARG_LABELS}")
+  endforeach()
+endfunction()
+
+function(evenstep_add_scenarios)
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "RECURSE" "DIRECTORY;PROGRAM" "LABELS")
+  set(usage "evenstep_add_scenarios(DIRECTORY folder [LABELS label...] [RECURSE] [PROGRAM target])")
+  if(NOT ARG_DIRECTORY)
+    message(FATAL_ERROR "evenstep_add_scenarios: DIRECTORY is missing; ${usage}")
+  endif()
+  set(glob GLOB)
+  if(ARG_RECURSE)
+    set(glob GLOB_RECURSE)
+  endif()
+  _evenstep_tests(evenstep_add_scenarios "${usage}" "${ARG_DIRECTORY}" "${ARG_PROGRAM}" ${glob} "*.toml")
+  if(NOT wanted)
+    return()
   endif()
   set(added 0)
   foreach(file IN LISTS files)

@@ -104,6 +104,37 @@ case_a_program_of_your_own_runs_them() {
   ctest --test-dir build -R passing -V >log 2>&1 || fail "does not pass"
   has "mine: run scenarios/passing.toml --out"
 }
+case_a_test_per_recording_says_whether_what_the_program_has_is_enough() {
+  mkdir -p recordings
+  cp "$source_dir"/scenarios/recorded/{small-paced30-basic,h100-contended}.csv recordings
+  printf 'no recording\n' >recordings/README.md
+  project 'evenstep_add_sizing(NAME arm RECORDINGS recordings LATENCY "45 ms" RINGS 128 64 MAP phase_locked LABELS nightly' \
+    '  OPTIONS --sampling "2 kHz")' 'add_custom_target(nothing ALL)'
+  configure || fail "cannot be configured"
+  [ "$(tests -L '^nightly$')" = \
+    $'sizing: arm: recordings/h100-contended.csv\nsizing: arm: recordings/small-paced30-basic.csv' ] || fail "$(tests)"
+  ctest --test-dir build --output-on-failure >log 2>&1 && fail "a latency that is too little is no failure"
+  has "1 tests failed out of 2"
+  has "1 - sizing: arm: recordings/h100-contended.csv (Failed)"
+  has "latency 45.000000 ms is 6.942434 ms too little: phase_locked needs 51.942434 ms."
+  has "again: $(printf '%q' "$evenstep") size recordings/h100-contended.csv --sampling '2 kHz' --fits"
+  # What is no recording, or a new one, is not passed over.
+  printf 'some notes\n' >recordings/notes.txt
+  cmake --build build >log 2>&1 || fail "no build"
+  ctest --test-dir build -R notes >log 2>&1 && fail "a file that cannot be read is no failure"
+  has "1 tests failed out of 1"
+}
+case_mistakes_in_a_sizing_are_errors_with_a_remedy() {
+  mkdir empty
+  for wrong in 'NAME a RECORDINGS empty LATENCY "1 ms"@no recording in' 'NAME a LATENCY "1 ms"@RECORDINGS, or all' \
+    'NAME a RECORDINGS empty@LATENCY, LEAD and RINGS are missing' 'NAME a RECORDINGS empty LATENCY "1 ms" LEAD@not understood' \
+    'NAME a RECORDINGS empty LATENCY "1 ms" WITH x@not understood'; do
+    project "evenstep_add_sizing(${wrong%@*})"
+    configure && fail "accepted: $wrong"
+    tr '\n' ' ' <log | sed -E 's/ +/ /g' >flat && mv flat log
+    has "${wrong#*@}"
+  done
+}
 case_mistakes_are_errors_with_a_remedy() {
   mkdir empty
   for wrong in 'DIRECTORY empty@no scenario (*.toml) in' 'DIRECTORY nowhere@no scenario (*.toml) in' \

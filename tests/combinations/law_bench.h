@@ -61,7 +61,8 @@ inline bool says(const std::string& toml, std::initializer_list<std::string_view
 }
 /// Reports that are lost, or events that come only for a change, miss more than the schedule alone does.
 inline bool loses(const std::string& toml) {
-  return says(toml, {"[[device.faults]]", "unplug", "_at = ", "report_interval", "[[device.events]]", "interrupt", "rings = "});
+  return says(toml,
+              {"[[device.faults]]", "unplug", "_at = ", "report_interval", "[[device.events]]", "interrupt", "rings = "});
 }
 /// The sizing pass takes each sample to be as old as the oldest.
 inline bool ages_vary(const std::string& toml) { return says(toml, {"report_age_jitter", "clock_rate"}); }

@@ -10,8 +10,10 @@
 #include "evenstep/campaigns/size.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/reports/writers.h"
 #include "src/commands.h"
 #include "src/merged_results.h"
+#include "src/output.h"
 #include "src/part_arguments.h"
 #include "src/progress.h"
 #include "src/recording_options.h"
@@ -24,7 +26,7 @@ struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
   std::vector<std::string> what_if, split, budget, pace, own_lane;
-  std::string sampling, step_size, emission, damping, rate, confidence, figure, report, timing, seeds;
+  std::string sampling, step_size, emission, damping, rate, confidence, fits, junit, figure, report, timing, seeds;
   PartArguments part;
   bool json = false, other_maps = false, adaptive = false, spread = false;
   RecordingArguments recording;
@@ -89,6 +91,14 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
     options.damping_N_s_per_m = *damping;
   }
   options.adaptive = arguments.adaptive;
+  if (!arguments.fits.empty()) {
+    const Result<SizeFits> fits = parse_fits(arguments.fits);
+    if (!fits) {
+      print({{"--fits", 0, 0, fits.error()}});
+      return std::nullopt;
+    }
+    options.fits = *fits;
+  }
   if (!read_rate(arguments, options) || !read_what_ifs(arguments, options)) return std::nullopt;
   return options;
 }
@@ -123,6 +133,7 @@ std::string again(const SizeArguments& arguments) {
   option("--damping", arguments.damping);
   option("--rate", arguments.rate);
   option("--confidence", arguments.confidence);
+  option("--fits", arguments.fits);
   command += recording_words(arguments.recording);
   if (arguments.other_maps) command += " --other-maps";
   for (const auto& [name, values] : what_if_options(arguments))
@@ -145,6 +156,24 @@ bool write_timing(const std::string& path, SizeResult& result) {
   result.record.trace = path;
   result.record.trace_roles.clear();
   return true;
+}
+
+/// Says for a CI whether it fits.
+ExitCode judge_fit(const SizeArguments& arguments, const SizeRecord& record) {
+  const std::string why = lacking(record);
+  const ExitCode code = why.empty() ? ExitCode::pass : ExitCode::expectation_failed;
+  if (!why.empty() && !arguments.json) fmt::print("{}\nagain: {}\n", why, again(arguments));
+  const std::string words = why.empty() ? "FITS" : "DOES NOT FIT", command = again(arguments);
+  if (!why.empty())
+    annotate(AnnotationLevel::error, {arguments.file, 0, 0}, "evenstep size --fits " + shell_word(arguments.fits),
+             why + "\nagain: " + command);
+  add_to_job_summary({{arguments.file, words, why.empty() ? arguments.fits : why}}, "");
+  if (arguments.junit.empty()) return code;
+  JunitSuite suite{.scenario = arguments.fits, .file = arguments.file};
+  suite.whole = why.empty() ? JunitSuite::Whole::passed : JunitSuite::Whole::failed;
+  suite.why = why;
+  suite.reproduce = command;
+  return write_text(arguments.junit, junit_xml({&suite, 1})) ? code : ExitCode::run_failed;
 }
 
 /// --seeds: the segments of many seeds as one sample.
@@ -191,13 +220,13 @@ std::string seeds_objection(const SizeArguments& arguments) {
     return "--seeds belongs to a scenario (*.toml); a recording has one timing";
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
-                     !arguments.step_size.empty() || arguments.adaptive || arguments.spread ||
+                     !arguments.step_size.empty() || !arguments.fits.empty() || arguments.adaptive || arguments.spread ||
                      !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
   return other || what_if
-             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, "
+             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, --fits, "
                "what-ifs and what belongs to a recording"
              : "";
 }
@@ -212,6 +241,10 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
     print({{"size", 0, 0, objection}});
     return ExitCode::usage;
   }
+  if (arguments.fits.empty() && !arguments.junit.empty()) {
+    print({{"--junit", 0, 0, "is the verdict of --fits; for example --fits \"latency 20 ms\""}});
+    return ExitCode::usage;
+  }
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
   if (!arguments.seeds.empty()) return size_many_seeds(arguments, *options, interrupted, registry);
@@ -220,6 +253,10 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
+    return ExitCode::usage;
+  }
+  if (result.record.fit && !result.record.fit->refused.empty()) {
+    print({{"--fits", 0, 0, result.record.fit->refused}});
     return ExitCode::usage;
   }
   const std::string figure = arguments.figure.empty() ? "" : size_svg(result.record);
@@ -231,7 +268,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::run_failed;
   if (!write_report(arguments, result.record)) return ExitCode::run_failed;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
-  return ExitCode::pass;
+  return result.record.fit ? judge_fit(arguments, result.record) : ExitCode::pass;
 }
 
 }  // namespace
@@ -276,6 +313,10 @@ void add_size(Commands& commands) {
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.option("--fits", arguments.fits,
+                 "\"latency 20 ms, lead 2 ms, rings 64 32, map clocked\": whether what your program has is enough; else "
+                 "exit 1");
+  command.option("--junit", arguments.junit, "file.xml: the verdict of --fits");
   command.flag("--spread", arguments.spread, "what if steps waited for their slots instead of following each other at once");
   command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");
   command.repeated("--budget", arguments.budget,

@@ -143,6 +143,19 @@ Json json_of(const SizeWhatIf& one) {
   return out;
 }
 
+Json json_of(const SizeFit& fit) {
+  Json out = {{"map", fit.map}, {"fits", fit.fits()}, {"needed_latency_ns", fit.needed_latency.ns}};
+  if (fit.latency) out["latency_ns"] = fit.latency->ns;
+  out["needed_lead_ns"] = fit.needed_lead.ns;
+  if (fit.lead) out["lead_ns"] = fit.lead->ns;
+  if (!fit.samples) return out;
+  out["interaction_capacity"] = *fit.samples;
+  out["force_capacity"] = *fit.forces;
+  out["needed_interaction_capacity"] = fit.needed_samples;
+  out["needed_force_capacity"] = fit.needed_forces;
+  return out;
+}
+
 }  // namespace
 
 std::string size_json(const SizeRecord& record) {
@@ -178,6 +191,7 @@ std::string size_json(const SizeRecord& record) {
     out["what_ifs"] = Json::array();
     for (const SizeWhatIf& one : record.what_ifs) out["what_ifs"].push_back(json_of(one));
   }
+  if (record.fit) out["fit"] = json_of(*record.fit);
   if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);
   if (const auto& clock = record.clock)

@@ -177,7 +177,8 @@ std::string size_rates_text(const SizeRecord& record) {
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
          (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
-         internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record);
+         internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record) +
+         internal::fit_text(record);
 }
 
 }  // namespace evenstep

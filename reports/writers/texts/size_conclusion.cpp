@@ -158,7 +158,55 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record) {
   return use;
 }
 
+std::string lacking(const SizeRecord& record) {
+  const SizeFit& fit = *record.fit;
+  if (fit.fits()) return "";
+  std::string out;
+  const auto time = [&](const char* what, const std::optional<Duration>& has, Duration needed) {
+    if (has.value_or(needed) < needed)
+      out += fmt::format("{} {:.6f} ms is {:.6f} ms too little: {} needs {:.6f} ms. ", what, ms(*has), ms(needed - *has),
+                         fit.map, ms(needed));
+  };
+  time("latency", fit.latency, fit.needed_latency);
+  time("lead", fit.lead, fit.needed_lead);
+  const auto ring = [&](const char* what, const std::optional<std::int64_t>& has, std::int64_t needed) {
+    if (has.value_or(needed) < needed)
+      out += fmt::format("A ring of {} {} is {} too small: {} are needed{}. ", *has, what, needed - *has, needed,
+                         fit.latency ? " with that latency" : "");
+  };
+  ring("samples", fit.samples, fit.needed_samples);
+  ring("forces", fit.forces, fit.needed_forces);
+  const auto used = std::find_if(record.strategies.begin(), record.strategies.end(),
+                                 [&](const SizeStrategy& one) { return one.name == fit.map; });
+  // Its lines are indented by two.
+  const std::string why = worth(record, *used);
+  for (std::size_t i = 2; i < why.size(); ++i)
+    if (why[i] != ' ' || out.back() != ' ') out += why[i] == '\n' ? ' ' : why[i];
+  return out.substr(0, out.find_last_not_of(' ') + 1);
+}
+
 namespace internal {
+
+std::string fit_text(const SizeRecord& record) {
+  if (!record.fit) return "";
+  const SizeFit& fit = *record.fit;
+  std::string out = fmt::format("\n  Does it fit? ({})\n", fit.map);
+  const auto row = [&](const char* what, const std::string& has, const std::string& needed, bool enough) {
+    out += fmt::format("  {:<13} {:>16} {:>16} {:>4}\n", what, has, needed, enough ? "yes" : "no");
+  };
+  out += fmt::format("  {:<13} {:>16} {:>16}\n", "", "has", "needed");
+  const auto time = [&](const char* what, const std::optional<Duration>& has, Duration needed) {
+    if (has) row(what, fmt::format("{:.6f}", ms(*has)), fmt::format("{:.6f}", ms(needed)), *has >= needed);
+  };
+  time("latency, ms", fit.latency, fit.needed_latency);
+  time("lead, ms", fit.lead, fit.needed_lead);
+  const auto ring = [&](const char* what, const std::optional<std::int64_t>& has, std::int64_t needed) {
+    if (has) row(what, std::to_string(*has), std::to_string(needed), *has >= needed);
+  };
+  ring("samples", fit.samples, fit.needed_samples);
+  ring("forces", fit.forces, fit.needed_forces);
+  return out + (fit.fits() ? "FITS\n" : "DOES NOT FIT\n");
+}
 
 std::string hitches_text(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);

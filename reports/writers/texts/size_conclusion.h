@@ -18,5 +18,7 @@ std::string hitches_text(const SizeRecord& record);
 std::string what_if_text(const SizeRecord& record);
 /// Which map to use with which latency, why it needs that, and the scenario's tables for it.
 std::string conclusion_text(const SizeRecord& record);
+/// Whether what a program has is enough; empty if nobody asked.
+std::string fit_text(const SizeRecord& record);
 
 }  // namespace evenstep::internal

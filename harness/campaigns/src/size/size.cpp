@@ -18,6 +18,7 @@
 #include "evenstep/remap/velocity_jump.h"
 #include "evenstep/reports/json.h"
 #include "evenstep/reports/rate_bound.h"
+#include "fits.h"
 #include "hitches.h"
 #include "mend.h"
 #include "own_clock.h"
@@ -101,6 +102,7 @@ class Sizer {
     for (const StrategyKind map : maps_) record.strategies.push_back(strategy(map));
     add_other_jumps(record);
     add_hitches(record);
+    if (options_.fits) record.fit = internal::fit_of(*options_.fits, record, input_.setup, input_.segments);
     record.what_ifs = internal::what_if_rows(input_.setup, input_.segments, maps_, options_);
   }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "clauses.h"
 #include "evenstep/text/quantity.h"
 
 namespace evenstep {
@@ -16,11 +17,7 @@ constexpr Duration kFirstLook{2'000'000'000};  // what a simulator has seen of i
 constexpr int kLookBack = 2;
 constexpr std::int64_t kMostParts = 1000;
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
+using internal::trimmed;
 
 Result<int> parse_count(std::string_view text, int least, const char* what) {
   int value = 0;
@@ -76,9 +73,7 @@ std::string read_own_lane(std::string_view text, WhatIf& out) {
   return {};
 }
 
-std::string read_clause(std::string_view clause, WhatIf& out) {
-  const std::size_t space = std::min(clause.find(' '), clause.size());
-  const std::string_view name = clause.substr(0, space), rest = trimmed(clause.substr(space));
+std::string read_clause(std::string_view clause, std::string_view name, std::string_view rest, WhatIf& out) {
   const auto count = [&](int least, const char* what, int& into) -> std::string {
     const Result<int> value = parse_count(rest, least, what);
     if (!value) return value.error();
@@ -233,18 +228,12 @@ class OwnLane {
 
 Result<WhatIf> parse_what_if(std::string_view text) {
   WhatIf out;
-  std::vector<std::string> seen;
-  for (std::string_view left = text;;) {
-    const std::size_t comma = std::min(left.find(','), left.size());
-    const std::string_view clause = trimmed(left.substr(0, comma));
-    if (const std::string error = read_clause(clause, out); !error.empty()) return Failure(error);
-    const std::string name(clause.substr(0, clause.find(' ')));
-    if (std::find(seen.begin(), seen.end(), name) != seen.end()) return Failure(fmt::format("\"{}\" is there twice", name));
-    seen.push_back(name);
-    if (comma == left.size()) break;
-    left.remove_prefix(comma + 1);
-  }
-  if (const std::string error = objection(out); !error.empty()) return Failure(error);
+  const std::string error =
+      internal::each_clause(text, [&](std::string_view clause, std::string_view name, std::string_view rest) {
+        return read_clause(clause, name, rest, out);
+      });
+  if (!error.empty()) return Failure(error);
+  if (const std::string why = objection(out); !why.empty()) return Failure(why);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "evenstep/campaigns/parts.h"
+#include "evenstep/campaigns/size_fits.h"
 #include "evenstep/campaigns/what_if.h"
 #include "evenstep/format/reader.h"
 #include "evenstep/format/scenario.h"
@@ -25,6 +26,7 @@ struct SizeOptions {
   double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
   double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
   std::optional<Rate> step_size;       ///< of a recording, steps per second: whether its steps follow a clock of that
+  std::optional<SizeFits> fits;        ///< judged: whether that is enough
   bool other_maps = false;             ///< also the maps that are there for comparison only
   std::vector<WhatIf> what_ifs;        ///< each gives a row
   bool adaptive = false;               ///< in these rows also a latency that adapts

@@ -142,6 +142,22 @@ struct SizeWhatIf {
   double simulated_against_real = 1, segments_lost = 0;
 };
 
+/// Whether what a program has is enough (evenstep size --fits).
+struct SizeFit {
+  std::string refused;  ///< why nobody can say; then the rest says nothing
+  std::string map;
+  std::optional<Duration> latency, lead;        ///< what the program has
+  std::optional<std::int64_t> samples, forces;  ///< entries of its rings
+  Duration needed_latency;                      ///< with the program's lead, if that is enough; else with the least
+  Duration needed_lead;
+  std::int64_t needed_samples = 0, needed_forces = 0;  ///< with the latency and lead above
+  bool fits() const {
+    return refused.empty() && latency.value_or(needed_latency) >= needed_latency &&
+           lead.value_or(needed_lead) >= needed_lead && samples.value_or(needed_samples) >= needed_samples &&
+           forces.value_or(needed_forces) >= needed_forces;
+  }
+};
+
 /// Whether the steps follow a clock of their own, for a given step size (evenstep size --step-size), or for the t(n) that a
 /// recording has.
 struct SizeClock {
@@ -177,6 +193,7 @@ struct SizeRecord {
   std::vector<SizePath> other_jumps;  ///< of phase_locked with half and twice its [remap] jump; empty without this map
   std::vector<SizeHitches> hitches;   ///< in order of the longest excess
   std::vector<SizeWhatIf> what_ifs;   ///< empty if nobody asked
+  std::optional<SizeFit> fit;         ///< if somebody asked
   std::optional<SizeCycle> cycle;     ///< for a list of steps without segments
   std::optional<SizeClock> clock;     ///< if the recording has one, or a step size was given
 };
@@ -185,6 +202,9 @@ const char* name_of(SizeHitches::What what);
 /// Of the maps whose velocity jump is at most 0.15 slots the one that needs the least latency; if none is as smooth, the map
 /// that jumps least. Null if no map has a slot.
 const SizeStrategy* strategy_to_use(const SizeRecord& record);
+
+/// What a program lacks, and which hitch to mend, in a few sentences; empty if it fits.
+std::string lacking(const SizeRecord& record);
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.
 std::string size_text(const SizeRecord& record);

@@ -25,7 +25,7 @@ struct JunitSuite {
   enum class Whole : std::uint8_t { silent, passed, failed, broken };  ///< broken: an error, not a failure
   std::string scenario, file;
   std::uint64_t seed = 1;
-  std::string clock;
+  std::string clock;  ///< empty: no run, so no seed and no trace
   std::uint64_t trace_hash = 0;
   std::vector<ExpectationResult> results;
   Whole whole = Whole::silent;

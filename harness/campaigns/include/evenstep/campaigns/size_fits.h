@@ -1,0 +1,24 @@
+#pragma once
+/// `evenstep size --fits`: whether the latency, lead and rings that a program has are enough for a timing.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "evenstep/format/scenario.h"
+#include "evenstep/text/quantity.h"
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+/// What a program has. At least one of them is given.
+struct SizeFits {
+  std::optional<std::string> map;         ///< default: the one that strategy_to_use names
+  std::optional<Duration> latency, lead;  ///< the lead may be negative
+  std::optional<RingSizes> rings;         ///< entries
+};
+
+/// "latency 20 ms, lead 2 ms, rings 64 32, map clocked", in any order. The error says what is wrong.
+Result<SizeFits> parse_fits(std::string_view text);
+
+}  // namespace evenstep

@@ -1,0 +1,100 @@
+#include "fits.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
+
+#include <algorithm>
+#include <charconv>
+
+#include "clauses.h"
+
+namespace evenstep {
+namespace {
+
+std::string read_rings(std::string_view text, SizeFits& has) {
+  RingSizes rings;
+  const std::size_t space = std::min(text.find(' '), text.size());
+  const auto entries = [](std::string_view word, std::size_t& into) {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), into);
+    return error == std::errc{} && end == word.data() + word.size() && into >= kLeastRing && into <= kMostRing;
+  };
+  if (!entries(text.substr(0, space), rings.samples) || !entries(internal::trimmed(text.substr(space)), rings.forces))
+    return fmt::format(
+        "\"rings {}\": the entries of the ring of samples and of that of forces must follow, such as "
+        "\"rings 64 32\", {} to {} of each",
+        text, kLeastRing, kMostRing);
+  has.rings = rings;
+  return {};
+}
+
+std::string read_time(std::string_view word, std::string_view text, bool may_be_negative, std::optional<Duration>& into) {
+  const Result<Duration> time = parse_duration(text);
+  if (!time) return fmt::format("\"{} {}\": {}", word, text, time.error());
+  if (time->ns < 0 && !may_be_negative) return fmt::format("\"{} {}\": must not be below 0 s", word, text);
+  into = *time;
+  return {};
+}
+
+const SizeStrategy* strategy_of(const SizeRecord& record, const SizeFits& has) {
+  if (!has.map) return strategy_to_use(record);
+  const auto found = std::find_if(record.strategies.begin(), record.strategies.end(),
+                                  [&](const SizeStrategy& one) { return one.name == *has.map; });
+  return found == record.strategies.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+Result<SizeFits> parse_fits(std::string_view text) {
+  SizeFits has;
+  const std::string error =
+      internal::each_clause(text, [&](std::string_view clause, std::string_view word, std::string_view rest) -> std::string {
+        if (word == "latency") return read_time(word, rest, false, has.latency);
+        if (word == "lead") return read_time(word, rest, true, has.lead);
+        if (word == "rings") return read_rings(rest, has);
+        if (word != "map" || rest.empty())
+          return fmt::format("\"{}\" is none of \"latency 20 ms\", \"lead 2 ms\", \"rings 64 32\" and \"map clocked\"",
+                             clause);
+        has.map = std::string(rest);
+        return {};
+      });
+  if (!error.empty()) return Failure(error);
+  if (!has.latency && !has.lead && !has.rings) return Failure("it says no latency, lead or rings that could fit");
+  return has;
+}
+
+SizeFit internal::fit_of(const SizeFits& has, const SizeRecord& record, const MapSetup& setup,
+                         std::span<const SegmentTiming> segments) {
+  SizeFit fit;
+  fit.latency = has.latency;
+  fit.lead = has.lead;
+  const SizeStrategy* const map = strategy_of(record, has);
+  if (map == nullptr || map->any_phase.culprit.step < 0) {
+    std::vector<std::string> names;
+    for (const SizeStrategy& one : record.strategies) names.push_back(one.name);
+    fit.refused = has.map && map == nullptr
+                      ? fmt::format("map '{}' was not sized, but {}", *has.map, fmt::join(names, ", "))
+                      : "a map has slots once it has seen a whole segment, and this timing has none; record more";
+    return fit;
+  }
+  fit.map = map->name;
+  // Without underruns in a share of the segments that is allowed, if one is.
+  fit.needed_lead = map->rate ? map->rate->any_phase.lead : map->lead;
+  const Duration least = map->rate ? map->rate->any_phase.latency : map->any_phase.latency;
+  // The least latency is max(E - slot) + c, so another lead changes it by the same amount.
+  const Duration lead = has.lead.value_or(fit.needed_lead);
+  fit.needed_latency = least + (std::max(lead, fit.needed_lead) - fit.needed_lead);
+  if (!has.rings) return fit;
+  fit.samples = static_cast<std::int64_t>(has.rings->samples);
+  fit.forces = static_cast<std::int64_t>(has.rings->forces);
+  const auto kind = std::find_if(std::begin(kAllStrategies), std::end(kAllStrategies), [&](const StrategyTraits& one) {
+                      return one.name == map->name;
+                    })->kind;
+  RunningCapacities rings(setup.grids, std::max(lead, fit.needed_lead), has.latency.value_or(fit.needed_latency));
+  each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> steps) { rings.add(steps); });
+  const LatencyBudget needed = rings.budget();
+  fit.needed_samples = static_cast<std::int64_t>(needed.interaction_capacity);
+  fit.needed_forces = static_cast<std::int64_t>(needed.force_capacity);
+  return fit;
+}
+
+}  // namespace evenstep
