@@ -154,12 +154,12 @@ case_it_adds_nothing_where_testing_is_off() {
   project 'set(BUILD_TESTING OFF)' 'evenstep_add_scenarios(DIRECTORY nowhere)'
   configure || fail "an error where testing is off"
 }
-case_the_example_has_two_tests_and_both_pass() {
+case_the_example_has_three_tests_and_all_pass() {
   cp -r "$source_dir/examples/ctest" example && cd example || exit 1
   configure || fail "the example cannot be configured"
-  [ "$(tests -L '^haptics$')" = $'scenario: scenarios/renderer.toml\nscenario: scenarios/slow/jitter.toml' ] ||
-    fail "$(tests)"
-  [ "$(tests -LE '^long$')" = 'scenario: scenarios/renderer.toml' ] || fail "long: $(tests -LE '^long$')"
+  [ "$(tests -L '^haptics$' -LE '^long$')" = \
+    $'scenario: scenarios/renderer.toml\nsizing: renderer: recordings/a-second.csv' ] || fail "$(tests)"
+  [ "$(tests -L '^long$')" = 'scenario: scenarios/slow/jitter.toml' ] || fail "long: $(tests -L '^long$')"
   ctest --test-dir build --output-on-failure >log 2>&1 || fail "the example fails"
 }
 

@@ -1068,6 +1068,23 @@ for s in ("paper", "phase_locked"):
     assert s["latency_this_phase_ns"] <= s["latency_any_phase_ns"] and 0 <= s["culprit_step"] < len(r)
     assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
 }
+case_size_judges_what_a_program_has() {
+  local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
+  expect 0 "FITS" size "$trace" --fits "latency 45 ms, rings 64 32, map phase_locked" --junit fits.xml
+  grep -qF 'tests="1" failures="0" errors="0"' fits.xml || fail "not passed in JUnit"
+  expect 1 "latency 20.000000 ms is 22.423522 ms too little: phase_locked needs 42.423522 ms" \
+    size "$trace" --fits "latency 20 ms" --junit fits.xml
+  expect 1 "DOES NOT FIT" size "$trace" --fits "latency 20 ms"
+  expect 1 "All of that is the 36 visualizations of 13.18 to 18.66 ms" size "$trace" --fits "latency 20 ms"
+  grep -qF 'tests="1" failures="1" errors="0"' fits.xml || fail "not failed in JUnit"
+  grep -qF 'too little: phase_locked needs' fits.xml || fail "no reason in JUnit"
+  GITHUB_ACTIONS=true GITHUB_STEP_SUMMARY=$PWD/summary.md expect 1 "::error file=" size "$trace" --fits "latency 20 ms"
+  grep -qF "DOES NOT FIT" summary.md || fail "no row in the summary of the job"
+  expect 2 "is the verdict of --fits" size "$trace" --junit fits.xml
+  expect 2 "is none of" size "$trace" --fits "latenz 20 ms"
+  expect 2 "was not sized" size "$trace" --fits "latency 20 ms, map clocked"
+  expect 3 "" size "$trace" --fits "latency 20 ms" --junit no-folder/fits.xml
+}
 case_size_prints_tables_that_run_without_an_underrun() {
   # The input is a bare list of steps. The run has the segments that `size` found in it and wrote.
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \

@@ -84,6 +84,8 @@ find_package(evenstep REQUIRED COMPONENTS program)   # not found? cmake -B build
 
 enable_testing()
 evenstep_add_scenarios(DIRECTORY scenarios RECURSE)   # a test for each: ctest --test-dir build --output-on-failure
+# Once there are recordings: a test for each that your latency and your rings are enough for it.
+# evenstep_add_sizing(NAME loop RECORDINGS recordings LATENCY "20 ms" RINGS 64 32)
 )";
 
 constexpr const char* kGitHub =
