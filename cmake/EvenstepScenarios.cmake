@@ -77,8 +77,9 @@ function(_evenstep_in_run_folder out file root)
   endwhile()
 endfunction()
 
-# _evenstep_tests(FUNCTION USAGE FOLDER PROGRAM GLOB PATTERN) : what both functions do first. Sets in the caller `wanted`, which
-# is FALSE if no tests are to be added, `program`, `root` (the folder), `files` and `base`, from which names of tests begin.
+# _evenstep_tests(FUNCTION USAGE FOLDER PROGRAM GLOB PATTERN) : what both functions do first. Sets in the caller `wanted`,
+# which is FALSE if no tests are to be added, `program`, `root` (the folder), `files` and `base`, from which names of tests
+# begin.
 macro(_evenstep_tests function usage folder program_given glob pattern)
   set(wanted TRUE)
   if(ARG_UNPARSED_ARGUMENTS OR ARG_KEYWORDS_MISSING_VALUES)

@@ -127,7 +127,8 @@ case_a_test_per_recording_says_whether_what_the_program_has_is_enough() {
 case_mistakes_in_a_sizing_are_errors_with_a_remedy() {
   mkdir empty
   for wrong in 'NAME a RECORDINGS empty LATENCY "1 ms"@no recording in' 'NAME a LATENCY "1 ms"@RECORDINGS, or all' \
-    'NAME a RECORDINGS empty@LATENCY, LEAD and RINGS are missing' 'NAME a RECORDINGS empty LATENCY "1 ms" LEAD@not understood' \
+    'NAME a RECORDINGS empty@LATENCY, LEAD and RINGS are missing' \
+    'NAME a RECORDINGS empty LATENCY "1 ms" LEAD@not understood' \
     'NAME a RECORDINGS empty LATENCY "1 ms" WITH x@not understood'; do
     project "evenstep_add_sizing(${wrong%@*})"
     configure && fail "accepted: $wrong"
