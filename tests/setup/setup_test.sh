@@ -581,7 +581,7 @@ END
     rm -rf c/build
     EVENSTEP_SANITIZED=$turn call c/.ci/run
     expect_status 0
-    grep -qF "EVENSTEP_SANITIZED=$turn .ci/run takes the same again" out || fail "which turn it is"
+    grep -qF "EVENSTEP_SANITIZED=$turn .ci/run repeats it" out || fail "which turn it is"
     [[ $(tail -1 out) == "$expected passed, 0 failed" ]] || fail "not $expected passed"
     case $turn in
       third-1) [[ -e c/build/asan-ubsan/tests/clock/built && ! -e c/build/asan-ubsan/tests/compare/built ]] ;;
