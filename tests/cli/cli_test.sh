@@ -1085,21 +1085,47 @@ case_size_judges_what_a_program_has() {
   expect 2 "was not sized" size "$trace" --fits "latency 20 ms, map clocked"
   expect 3 "" size "$trace" --fits "latency 20 ms" --junit no-folder/fits.xml
 }
-case_size_prints_tables_that_run_without_an_underrun() {
-  # The input is a bare list of steps. The run has the segments that `size` found in it and wrote.
+case_a_list_of_steps_is_taken_wherever_a_recording_is() {
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
-  expect 0 "this list has none" size steps.csv
+  expect 0 "670 segments with 10050 steps" import steps.csv -o timing.csv
+  "$evenstep" size steps.csv --json >of-steps 2>err || fail "size"
+  "$evenstep" size timing.csv --json >of-timing 2>err || fail "size of what import wrote"
+  local needed='"latency_any_phase_ns":'
+  [ "$(grep -o "$needed[0-9]*" of-steps)" = "$(grep -o "$needed[0-9]*" of-timing)" ] || fail "import found other segments"
+  scenario '[run]' 'duration = "2 s"' 'strategies = ["phase_locked"]' '[timing]' 'trace = "steps.csv"'
+  sed -i '/extends/d' x.toml
+  printf '%s\n' '[scene]' 'kind = "spring"' 'stiffness = "200 N/m"' '[[device]]' 'name = "left"' \
+    'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }' '[[expect]]' \
+    'signal = "left.force.phase_locked"' 'metric = "underruns"' 'equals = 0' >>x.toml
+  expect 0 "means of 670 recorded segments" check x.toml
+  expect 0 "PASS" run x.toml
+  expect 0 "[timing]" fit steps.csv
+  expect 0 "phase_locked" advise steps.csv
+  expect 2 "remove what says" import steps.csv --step x -o timing.csv
+  printf 'begin_ns,end_ns\n0,5\n5,4\n' >steps.csv
+  expect 2 "steps.csv:3:" import steps.csv
+}
+case_size_prints_tables_that_run_without_an_underrun() {
+  # The input is a bare list of steps, in which `size` and the run find the same segments; or those that `size` wrote.
+  awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
+    "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
   expect 3 "cannot be written" size steps.csv --timing nowhere/timing.csv
-  expect 0 'trace = "timing.csv"' size steps.csv --timing timing.csv
-  {
-    printf '%s\n' 'format = 1' '[run]' 'strategies = ["phase_locked"]' '[scene]' 'kind = "spring"' '[[device]]' \
-      'name = "left"' 'render = { kind = "force", emission = "hold" }' '[[expect]]' \
-      'signal = "left.force.phase_locked"' 'metric = "underruns"' 'equals = 0'
-    sed -n '/^\[remap\]/,$p' out
-  } >pasted.toml
-  expect 0 "0 samples missing, 0 forces late" check pasted.toml
-  expect 0 "PASS" run pasted.toml
+  local timing
+  for timing in steps timing; do
+    expect 0 "trace = \"$timing.csv\"" size steps.csv $([ $timing = steps ] || echo --timing timing.csv)
+    {
+      printf '%s\n' 'format = 1' '[run]' 'strategies = ["phase_locked"]' '[scene]' 'kind = "spring"' '[[device]]' \
+        'name = "left"' 'render = { kind = "force", emission = "hold" }' '[[expect]]' \
+        'signal = "left.force.phase_locked"' 'metric = "underruns"' 'equals = 0'
+      sed -n '/^\[remap\]/,$p' out
+    } >pasted.toml
+    expect 0 "0 samples missing, 0 forces late" check pasted.toml
+    expect 0 "PASS" run pasted.toml
+  done
+  # A timing.csv of one segment is one to a scenario.
+  awk -F, 'NR == 1 { print "segment,kind,index,begin_ns,end_ns" } NR > 1 { print "0,step," NR - 2 "," $0 }' steps.csv >one.csv
+  expect 0 "takes the one segment of this file" size one.csv
 }
 case_size_refuses_bad_input() {
   expect 2 "nowhere.csv" size nowhere.csv

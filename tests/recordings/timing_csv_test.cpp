@@ -1,4 +1,5 @@
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/recordings/step_list.h"
 
 #include <filesystem>
 #include <random>
@@ -308,4 +309,34 @@ TEST_CASE("Every recording that is shipped reads, and holds what a replay relies
     CHECK(csv->front().begin.ns == 0);
   }
   CHECK(read >= 9);
+}
+
+TEST_CASE(
+    "a list of steps becomes the segments of its cycle, without the steps before the first long pause, or a step each") {
+  const auto list = [](std::int64_t first, std::int64_t last) {  // five steps of 1 ms, 20 ms of pause, jittered
+    std::vector<Interval> steps;
+    for (std::int64_t n = first; n < last; ++n) {
+      const std::int64_t begin = n / 5 * 26'000'000 + n % 5 * 1'100'000 + n * 7919 % 1000;
+      steps.push_back({RealTime{begin}, RealTime{begin + 1'000'000}});
+    }
+    return steps;
+  };
+  const auto cycle = [](const std::vector<Interval>& steps) {
+    SegmentTiming all;
+    all.steps = steps;
+    return cycle_of({all});
+  };
+  const std::vector<Interval> whole = list(0, 200), late = list(2, 200);
+  const CutSteps cut = cut_steps(whole, cycle(whole));
+  CHECK(cut.left_out == 0);
+  REQUIRE(cut.segments.size() == 40);
+  for (const SegmentTiming& segment : cut.segments) CHECK(segment.steps.size() == 5);
+  CHECK(cut.segments[7].begin == whole[35].begin);
+  CHECK(cut.segments[7].end == whole[39].end);
+  const CutSteps later = cut_steps(late, cycle(late));
+  CHECK(later.left_out == 3);
+  CHECK(later.segments.size() == 39);
+  std::vector<Interval> even;
+  for (std::int64_t n = 0; n < 50; ++n) even.push_back({RealTime{n * 2'000'000}, RealTime{n * 2'000'000 + 1'000'000}});
+  CHECK(cut_steps(even, cycle(even)).segments.size() == 50);
 }

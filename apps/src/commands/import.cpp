@@ -120,6 +120,28 @@ ExitCode import_live_run(const ImportArguments& arguments) {
   return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
 }
 
+/// A timing.csv, or a list of steps, whose segments are then found.
+ExitCode import_timing(const ImportArguments& arguments) {
+  if (!recording_words(arguments.recording).empty()) {
+    print({{arguments.file, 0, 0,
+            "is a timing.csv or a list of steps: its columns are known, and it has no names; remove "
+            "what says which of a profiler's names are what"}});
+    return ExitCode::usage;
+  }
+  const Recording csv = read_recording(arguments.file);
+  if (!csv) {
+    print(csv.error());
+    return ExitCode::usage;
+  }
+  std::size_t steps = 0;
+  for (const SegmentTiming& segment : *csv) steps += segment.steps.size();
+  fmt::print("{}: timing, {} segments with {} steps, {} long\n", arguments.file, csv->size(), steps,
+             length_text(csv->back().end - csv->front().begin));
+  if (arguments.out.empty() || arguments.list) return ExitCode::pass;
+  const auto timing = [&](std::ostream& out) { out << format_timing_csv(*csv); };
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
+}
+
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
   try {
     if (is_input_log(arguments.file)) return import_live_run(arguments);
@@ -127,6 +149,7 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("error: {}; {}", failure.what(), failure.remedy);
     return ExitCode::run_failed;
   }
+  if (is_timing_csv(arguments.file)) return import_timing(arguments);
   const std::optional<RecordingOptions> options = recording_options(arguments.recording);
   if (!options) return ExitCode::usage;
   const ProfileResult profile = read_profile(arguments.file, options->profile);

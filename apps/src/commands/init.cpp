@@ -38,7 +38,7 @@ warmup   = "8 segments"            # not judged: buffers fill
 segment       = "30 Hz"
 visualization = "11.1 ms"
 steps         = 15
-# Instead of these three, your own machine:   trace = "my-profiler.csv"   (columns begin_ns,end_ns)
+# Instead of these three, your own machine:   trace = "my-steps.csv"   (columns begin_ns,end_ns, or a profiler's file)
 
 # What is touched. "tissue" is a lattice of particles; a spring is enough to see time.
 [scene]

@@ -120,7 +120,7 @@ std::string tables(const SizeRecord& record, const SizeStrategy& use) {
     return record.trace_roles.empty() ? out : out + fmt::format("roles = {}\n", record.trace_roles);
   }
   if (record.segments_from != "cycle" && record.segments_from != "step") return out;  // the scenario has a [timing]
-  return out + "\n# [timing] takes segments, and this list has none: --timing timing.csv writes those that were sized.\n";
+  return out + "\n# [timing] takes the one segment of this file: --timing timing.csv writes those that were sized.\n";
 }
 
 }  // namespace

@@ -10,10 +10,9 @@
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
-#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/recordings/step_list.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
-#include "evenstep/remap/step_cycle.h"
 #include "evenstep/remap/step_windows.h"
 #include "evenstep/remap/velocity_jump.h"
 #include "evenstep/reports/json.h"
@@ -366,52 +365,16 @@ SizeCycle in_record(const StepCycle& cycle) {
           .regularity = cycle.regularity};
 }
 
-/// The same steps in segments that begin at these positions; steps before the first of them are left out.
-std::vector<SegmentTiming> cut_at(const std::vector<Interval>& steps, const std::vector<std::size_t>& boundaries) {
-  std::vector<SegmentTiming> segments;
-  segments.reserve(boundaries.size());
-  for (std::size_t k = 0; k < boundaries.size(); ++k) {
-    const std::size_t end = k + 1 < boundaries.size() ? boundaries[k + 1] : steps.size();
-    SegmentTiming segment;
-    segment.index = static_cast<std::int64_t>(k);
-    segment.begin = steps[boundaries[k]].begin;
-    const auto at = [&](std::size_t n) { return steps.begin() + static_cast<std::ptrdiff_t>(n); };
-    segment.steps.assign(at(boundaries[k]), at(end));
-    segment.end = segment.steps.back().end;
-    segments.push_back(std::move(segment));
-  }
-  return segments;
-}
-
-StepCycle cycle_of(const std::vector<SegmentTiming>& segments) {
-  std::size_t count = 0;
-  for (const SegmentTiming& segment : segments) count += segment.steps.size();
-  CycleFinder finder(count);
-  for (const SegmentTiming& segment : segments) {
-    for (const Interval& step : segment.steps) finder.add(step.begin, step.end);
-  }
-  return finder.find();
-}
-
-/// Finds segments for a list that has none. If a list begins in the middle of a cycle, the steps before the first pause are
-/// left out.
+/// Finds segments for a list that has none.
 void find_segments(Input& input, SizeRecord& record) {
   const StepCycle cycle = cycle_of(input.segments);
   record.cycle = in_record(cycle);
   const bool given = input.segments.size() > 1 || input.segments.front().visualization.has_value();
   if (given) return;
-  const std::vector<Interval> steps = std::move(input.segments.front().steps);
-  std::vector<std::size_t> boundaries = cycle.boundaries;
-  record.segments_from = "cycle";
-  if (!cycle.found) {
-    record.segments_from = "step";
-    boundaries.resize(steps.size());
-    for (std::size_t n = 0; n < steps.size(); ++n) boundaries[n] = n;
-  } else if (static_cast<std::int64_t>(boundaries.front()) == cycle.steps_per_segment) {
-    boundaries.insert(boundaries.begin(), 0);
-  }
-  record.left_out = boundaries.empty() ? 0 : static_cast<std::int64_t>(boundaries.front());
-  input.segments = cut_at(steps, boundaries);
+  record.segments_from = cycle.found ? "cycle" : "step";
+  CutSteps cut = cut_steps(input.segments.front().steps, cycle);
+  record.left_out = cut.left_out;
+  input.segments = std::move(cut.segments);
 }
 
 /// Changes the step numbers of the record so that they count all steps of the file.
@@ -540,7 +503,8 @@ SizeResult size_recording(const std::string& path, const SizeOptions& options, c
             {{path, 0, 0,
               "there is no step in it; write a row of kind step for each, or, of pictures, --steps and --step-time"}}};
   SizeResult result = size_input(*std::move(csv), path, options);
-  if (result.record.segments_from != "recording") return result;
+  // Of a list a scenario finds the same segments; of other files it takes the one that they have.
+  if (result.record.segments_from != "recording" && !is_step_list(path)) return result;
   result.record.trace = path;
   result.record.trace_roles = roles_in_toml(recording);
   return result;

@@ -15,9 +15,12 @@ struct RecordingOptions {
 
 /// Whether the file begins like a timing.csv or like a plain list of steps; roles have no meaning for such a file.
 bool is_timing_csv(const std::string& path);
+/// Whether it is such a list.
+bool is_step_list(const std::string& path);
 
 using Recording = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
-/// A timing.csv (timing_csv.h; also a plain list of steps, if `steps_too`), or else a profiler's file with roles.
-Recording read_recording(const std::string& path, const RecordingOptions& options = {}, bool steps_too = false);
+/// A timing.csv, or a plain list of steps (timing_csv.h), or else a profiler's file with roles. A list gets the segments of
+/// the cycle found in it (step_list.h), or, if `as_one_segment`, a single one.
+Recording read_recording(const std::string& path, const RecordingOptions& options = {}, bool as_one_segment = false);
 
 }  // namespace evenstep
