@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
@@ -72,6 +73,10 @@ std::string objection(const CLI::App& program, const CLI::ParseError& error, con
   if (words.empty() || words[0].empty()) return "a command is missing";
   const CLI::App* const command = command_of(program, words);
   if (!command && words[0].starts_with('-')) return named("evenstep has no option", words[0], {"--help", "--version"});
+  if (std::error_code ignored; !command && std::filesystem::exists(words[0], ignored)) {
+    const bool plays = words[0].ends_with(".toml") || std::filesystem::is_directory(words[0], ignored);
+    return fmt::format("'{}' is no command; did you mean {} {}", words[0], plays ? "run" : "size", words[0]);
+  }
   if (!command) {
     std::vector<std::string> commands;
     for (const CLI::App* one : program.get_subcommands(nullptr)) commands.push_back(one->get_name());

@@ -53,6 +53,10 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
     if (seen.insert(endless ? fs::path(file) : known).second) files.push_back(file);
   };
   for (const std::string& path : paths) {
+    if (path.empty()) {
+      spdlog::error("error: a scenario's name is empty; name a file or a folder");
+      return std::nullopt;
+    }
     std::error_code error;
     if (!fs::is_directory(path, error)) {
       add(path);  // if something is wrong with it, the reader will say so

@@ -1068,6 +1068,20 @@ for s in ("paper", "phase_locked"):
     assert s["latency_this_phase_ns"] <= s["latency_any_phase_ns"] and 0 <= s["culprit_step"] < len(r)
     assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
 }
+case_a_file_in_the_wrong_place_is_named_and_what_takes_it() {
+  scenario
+  printf 'begin_ns,end_ns\n0,5\n' >steps.csv
+  expect 2 "'x.toml' is no command; did you mean run x.toml" x.toml
+  expect 2 "'steps.csv' is no command; did you mean size steps.csv" steps.csv
+  expect 2 "steps.csv:1:9: error:" run steps.csv
+  expect 2 "this is a recording, no scenario: \`size\`" check steps.csv
+  expect 2 "a scenario's name is empty" run ""
+  printf '[remap]\nlead = "1 ms"\n[remap]\n' >twice.toml
+  expect 2 "put these keys where it is first" check twice.toml
+  expect 2 "[remap] lead is \"minimal\"" run --clock wall "$spring" --set 'remap.latency="20 ms"'
+  expect 3 "/dev/hidraw77: no such file" run --clock wall --device /dev/hidraw77 \
+    "$source_dir/scenarios/live/figure-1-spring.toml"
+}
 case_size_judges_what_a_program_has() {
   local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
   expect 0 "FITS" size "$trace" --fits "latency 45 ms, rings 64 32, map phase_locked" --junit fits.xml

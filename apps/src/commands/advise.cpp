@@ -168,9 +168,11 @@ ExitCode give_advice(const AdviseArguments& arguments, const std::atomic<bool>& 
     spdlog::error("error: {}", error);
     return ExitCode::run_failed;
   }
+  const AdviceChoice* const use = choice_to_use(result.record, true);
   if (!arguments.json)
-    fmt::print("\nscenarios, figure and report in {}; for example: {} run {}\n", folder, arguments.program,
-               shell_file((std::filesystem::path(folder) / choice_file(result.record.choices.front())).string()));
+    fmt::print(
+        "\nscenarios, figure and report in {}; for example: {} run {}\n", folder, arguments.program,
+        shell_file((std::filesystem::path(folder) / choice_file(use ? *use : result.record.choices.front())).string()));
   return ExitCode::pass;
 }
 

@@ -248,7 +248,10 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     fmt::print("{}  Haply Inverse3\n    {}\n", inverse3_path(*service, arm), inverse3_ability(arm));
   if (arms.empty() && !arguments.service.empty())
     fmt::print("{}: no Haply Inverse3 there: is the Inverse Service running?\n", service->text);
-  if (found.empty() && alone.empty() && arms.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
+  if (found.empty() && alone.empty() && arms.empty()) {
+    fmt::print(
+        "no HID device is connected (or /sys is not there). Without one: run --clock wall SCENARIO, which simulates it\n");
+  }
   return ExitCode::pass;
 }
 

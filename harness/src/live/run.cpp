@@ -142,9 +142,13 @@ std::string wall_clock_objection(const Scenario& scenario) {
   const auto minimal = [](const Budget& budget) {
     return budget.kind == Budget::Kind::any_phase || budget.kind == Budget::Kind::this_phase;
   };
-  if (minimal(scenario.remap.latency) || minimal(scenario.remap.lead)) {
-    return "[remap] latency and lead cannot be \"minimal\" on a wall clock, where the timing is not known before the run; "
-           "give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\", or let the latency adapt";
+  for (const auto& [name, budget] : {std::pair{"latency", scenario.remap.latency}, {"lead", scenario.remap.lead}}) {
+    if (!minimal(budget)) continue;
+    return fmt::format(
+        "[remap] {} is \"minimal\", as it is where nothing is written, and a wall clock does not know the timing before the "
+        "run; give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\", or let the latency "
+        "adapt",
+        name);
   }
   const auto& trace = scenario.timing.trace;
   if (std::any_of(trace.begin(), trace.end(), [](const SegmentTiming& segment) { return segment.overlaps(); })) {

@@ -36,7 +36,9 @@ class Recorder {
     const std::unique_ptr<StepTiming> timing = make_wall_timing(real);
     bool whole = true;
     for (SegmentTiming segment; whole && timing->next(segment);) {
-      if (!wait_until(std::max(segment.begin, last_begin_ + Duration{1})) || ended()) break;
+      const RealTime turn = std::max(segment.begin, last_begin_ + Duration{1});
+      waits_ = clock_.now() < turn;
+      if (!wait_until(turn) || ended()) break;
       if (control_.progress) control_.progress(std::min(1.0, seconds(clock_.now()) / seconds(end())));
       whole = record(segment, *timing);
       take_commands();
@@ -79,7 +81,7 @@ class Recorder {
   }
 
   void note_lateness(Duration late) {
-    if (late > kLate) ++recording_.late_segments;
+    if (late > kLate) ++(waits_ ? recording_.overslept_segments : recording_.late_segments);
     recording_.latest = std::max(recording_.latest, late);
   }
 
@@ -155,6 +157,7 @@ class Recorder {
   std::vector<AfterStep> commands_after_step_;
   std::size_t steps_ = 0;
   RealTime last_begin_{-1};
+  bool waits_ = false;  // for the begin of the segment
 };
 
 }  // namespace

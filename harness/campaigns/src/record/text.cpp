@@ -246,11 +246,14 @@ std::string record_table(const RecordSummary& summary, const SolverRecording& re
     text += fmt::format("left out: {} commands, whose times the device does not say, or not in order\n",
                         summary.commands_without_times);
   if (recording.full) text += fmt::format("ended early: {} steps are the most that are kept\n", kMostRecordedSteps);
-  if (recording.late_segments > 0)
-    text += fmt::format(
-        "{} segments began more than 1 ms late, up to {} ms: the steps before them took longer than the "
-        "scenario's segments are\n",
-        recording.late_segments, milliseconds(recording.latest.ns));
+  const auto late = [&](std::int64_t segments, const char* why) {
+    if (segments > 0)
+      text += fmt::format("{} segment{} began more than 1 ms late{}\n", segments, segments == 1 ? "" : "s", why);
+  };
+  late(recording.late_segments, ": the steps before them took longer than the scenario's segments are");
+  late(recording.overslept_segments, ", although nothing was left to do: this machine woke up late");
+  if (recording.late_segments + recording.overslept_segments > 0)
+    text += fmt::format("the latest of them by {} ms\n", milliseconds(recording.latest.ns));
   return text;
 }
 

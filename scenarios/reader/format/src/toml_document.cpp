@@ -116,6 +116,15 @@ std::string_view quotes_hint(std::string_view error) {
   return of_value ? "; names, and numbers with a unit, are written in quotes: \"spring\", \"11.1 ms\"" : "";
 }
 
+/// The header of a recording that was taken for a scenario, or a table twice, which toml++ says in its own words.
+std::string remedy(std::string_view error, std::string_view text) {
+  if (text.find("begin_ns,end_ns") < std::min(text.find('='), text.size()))
+    return "; this is a recording, no scenario: `size`, `fit` and `advise` take it, and [timing] trace in a scenario";
+  if (error.find("cannot redefine existing table") != std::string_view::npos)
+    return "; it is there twice: put these keys where it is first";
+  return std::string(quotes_hint(error));
+}
+
 }  // namespace
 
 Value parse_toml(const std::string& text, const std::string& file, Errors& errors) {
@@ -130,7 +139,7 @@ Value parse_toml(const std::string& text, const std::string& file, Errors& error
   } catch (const toml::parse_error& error) {
     const toml::source_region& source = error.source();
     errors.add({file, source.begin.line, source.begin.column},
-               fmt::format("{}{}", error.description(), quotes_hint(error.description())));
+               fmt::format("{}{}", error.description(), remedy(error.description(), text)));
     return {};
   }
 }

@@ -37,7 +37,8 @@ struct SolverRecording {
   std::vector<SegmentTiming> segments;  ///< whole ones, unless there is only one
   std::vector<RecordedCommand> commands;
   std::int64_t commands_over_limit = 0;  ///< not in `commands`
-  std::int64_t late_segments = 0;        ///< began more than 1 ms later than programmed
+  std::int64_t late_segments = 0;        ///< began more than 1 ms late, because steps before them took so long
+  std::int64_t overslept_segments = 0;   ///< began more than 1 ms late, although there was time to wait for their begin
   Duration latest;                       ///< how late the latest one was
   bool interrupted = false;              ///< before its end
   bool full = false;                     ///< ended at kMostRecordedSteps
