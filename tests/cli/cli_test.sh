@@ -1138,7 +1138,8 @@ case_size_prints_tables_that_run_without_an_underrun() {
     expect 0 "PASS" run pasted.toml
   done
   # A timing.csv of one segment is one to a scenario.
-  awk -F, 'NR == 1 { print "segment,kind,index,begin_ns,end_ns" } NR > 1 { print "0,step," NR - 2 "," $0 }' steps.csv >one.csv
+  awk -F, 'NR == 1 { print "segment,kind,index,begin_ns,end_ns" } NR > 1 { print "0,step," NR - 2 "," $0 }' \
+    steps.csv >one.csv
   expect 0 "takes the one segment of this file" size one.csv
 }
 case_size_refuses_bad_input() {
