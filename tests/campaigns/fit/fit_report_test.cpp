@@ -343,7 +343,7 @@ TEST_CASE("each recording that is shipped is fitted, and its table read") {
     INFO(table);
     CHECK(read_table(table));
     const std::string name = entry.path().filename().string();
-    CHECK(fit.timing.paced == (name.starts_with("h100") ||
+    CHECK(fit.timing.paced == (name.starts_with("h") ||
                                (name.find("paced30") != std::string::npos && name.find("concurrent") == std::string::npos)));
     ++count;
   }
