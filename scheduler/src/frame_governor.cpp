@@ -222,7 +222,8 @@ class GovernedTiming final : public StepTiming {
   RealTime begin_of(const Opportunity& opportunity) const {
     const RealTime earliest = opportunity_ == 0 ? end_ + gap_ : end_;
     if (!governor_.pace && !grid_) return earliest;
-    return std::max(earliest, turn(opportunity.part, parts()));
+    const std::optional<RealTime> first_slot = opportunity.part > 0 ? slot(opportunity.first_step) : std::nullopt;
+    return std::max(earliest, first_slot ? *first_slot : turn(opportunity.part, parts()));
   }
 
   /// The turn of the given segment plus i/n of a period; there is a pace or a grid.
@@ -233,7 +234,8 @@ class GovernedTiming final : public StepTiming {
 
   /// When step i of the given segment may begin; empty: at once.
   std::optional<RealTime> slot(std::size_t i) const {
-    const std::size_t n = learns_ ? usual_.most_steps() : given_.steps.size();
+    const bool unknown = learns_ && (number_ > 0 || governor_.split == 1);  // who shares steps out knows how many there are
+    const std::size_t n = unknown ? usual_.most_steps() : given_.steps.size();
     if (!governor_.spread || (!governor_.pace && !grid_) || n == 0) return std::nullopt;
     const RealTime slot = turn(static_cast<std::int64_t>(std::min(i, n - 1)), static_cast<std::int64_t>(n));
     return more_ && !governor_.pace ? std::min(slot, following_.begin) : slot;

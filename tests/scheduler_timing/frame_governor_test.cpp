@@ -197,6 +197,46 @@ std::vector<std::int64_t> pauses_ms(const std::vector<SegmentTiming>& segments) 
   return out;
 }
 
+/// Half of them with steps of any length, half with steps that fit their slots.
+void check_split_and_spread(std::uint64_t first, std::uint64_t count) {
+  std::int64_t later_than_split = 0, later_than_spread = 0, early = 0, needs_more = 0, wins = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const bool fit = seed % 2 == 0;
+    const auto [period, source] = paced_schedule(seed, fit);
+    const int parts = 2 + static_cast<int>(seed / 2 % 5);
+    const std::vector<Interval> split = steps_of(governed(source, {.split = parts}, period)),
+                                spread = steps_of(governed(source, {.spread = true}, period)),
+                                both = steps_of(governed(source, {.split = parts, .spread = true}, period));
+    Duration lead, split_late, spread_late, late, longest_slot;
+    std::vector<RealTime> slots;
+    for (std::size_t k = 0; k < source.size(); ++k) {
+      const std::int64_t count = std::ssize(source[k].steps);
+      longest_slot = std::max(longest_slot, Duration{period.ns / count + 1});
+      for (std::int64_t i = 0; i < count; ++i)
+        slots.emplace_back(static_cast<std::int64_t>(k) * period.ns + floor_mul_div(period.ns, i, count));
+    }
+    for (std::size_t n = 0; n < slots.size(); ++n) {
+      lead = std::max(lead, slots[n] - split[n].begin);
+      split_late = std::max(split_late, split[n].end - slots[n]);
+      spread_late = std::max(spread_late, spread[n].end - slots[n]);
+      late = std::max(late, both[n].end - slots[n]);
+    }
+    const Duration other_parts = Duration{(longest_pause(source).ns + parts - 1) / parts} * (parts - 1);
+    for (std::size_t n = 0; n < slots.size(); ++n) {
+      early += both[n].begin < slots[n];
+      later_than_split += both[n].end > split[n].end + lead;
+      later_than_spread += both[n].end > spread[n].end + other_parts;
+    }
+    needs_more += late > lead + split_late || (fit && late > spread_late + longest_slot);
+    wins += late < std::min(lead + split_late, spread_late);
+  }
+  CHECK(early == 0);
+  CHECK(later_than_split == 0);
+  CHECK(later_than_spread == 0);
+  CHECK(needs_more == 0);
+  CHECK(wins > static_cast<std::int64_t>(count / 2));
+}
+
 }  // namespace
 
 TEST_CASE("a governor that is asked for nothing gives any schedule back as it was", "[governor]") {
@@ -397,6 +437,53 @@ TEST_CASE("spread steps end no later after their slots than a burst begins befor
   }
   CHECK(wrong == 0);
   CHECK(less > evenstep::testing::cases(50'000));
+}
+
+TEST_CASE("split and spread together need no more than split alone, and if steps fit, within a slot of spread alone",
+          "[governor][spread]") {
+  check_split_and_spread(0, evenstep::testing::cases(20'000));
+}
+TEST_CASE("split and spread together are within the same bounds on 200,000 other schedules", "[million]") {
+  check_split_and_spread(1'000'000, evenstep::testing::cases(200'000));
+}
+
+TEST_CASE("a long step after the last part ends later than with spread alone by the other parts", "[governor][spread]") {
+  // Segments of 40 ms: a drawing of 12 ms and 4 steps of 1 ms; the third step of the second segment takes 30 ms.
+  std::vector<SegmentTiming> source;
+  for (int k = 0; k < 3; ++k) {
+    const RealTime at{k * 40 * kMs};
+    SegmentTiming segment{k, at, Interval{at, at + Duration{12 * kMs}}, {}, {}};
+    segment.end = segment.visualization->end;
+    for (int i = 0; i < 4; ++i) {
+      segment.steps.push_back({segment.end, segment.end + Duration{(k == 1 && i == 2 ? 30 : 1) * kMs}});
+      segment.end = segment.steps.back().end;
+    }
+    source.push_back(segment);
+  }
+  const auto end_of_it = [&](const FrameGovernor& governor) {
+    return steps_of(governed(source, governor, Duration{40 * kMs})).at(6).end.ns / kMs;
+  };
+  CHECK(end_of_it({.spread = true}) == 40 + 20 + 30);
+  CHECK(end_of_it({.split = 2, .spread = true}) == 40 + 20 + 6 + 30);
+}
+
+TEST_CASE("split parts that are spread have their turns at the slots of their first steps", "[governor][spread]") {
+  std::vector<SegmentTiming> source = free_running({4});
+  source.front().steps.pop_back();  // 3 steps of 1 ms, so the second part comes before the second
+  std::vector<std::int64_t> begins;
+  for (const SegmentTiming& segment : governed(source, {.split = 2, .spread = true}, Duration{60 * kMs})) {
+    begins.push_back(segment.begin.ns / kMs);
+    for (const Interval& step : segment.steps) begins.push_back(step.begin.ns / kMs);
+  }
+  CHECK(begins == std::vector<std::int64_t>{0, 2, 20, 22, 40});
+}
+
+TEST_CASE("a recording with a stated pace is split and spread from its first segment on", "[governor][spread]") {
+  std::vector<std::int64_t> begins;
+  const FrameGovernor governor{.split = 2, .pace = Duration{40 * kMs}, .spread = true};
+  for (const Interval& step : steps_of(governed_replay(free_running({4, 4}), governor)))
+    begins.push_back(step.begin.ns / kMs);
+  CHECK(begins == std::vector<std::int64_t>{2, 10, 22, 30, 42, 50, 62, 70});
 }
 
 TEST_CASE("what spread did with a recording up to an instant is the same whatever comes after", "[governor][spread]") {

@@ -1,8 +1,12 @@
 // What a timing would need with other pauses, and what that costs.
 #include "evenstep/campaigns/what_if.h"
+#include "cases.h"
+
+#include <array>
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/remap/jump_bound.h"
 #include "evenstep/scheduler/random.h"
 #include "traces.h"
 
@@ -51,11 +55,66 @@ const SizeWhatIf::Map& phase_locked(const SizeWhatIf& row) {
   return row.maps.front();
 }
 
+/// What a schedule needs of `paper` and of `phase_locked`, at any phase of 1 kHz with held forces, and its pause bound, ns.
+std::array<std::int64_t, 3> needs_of(const std::vector<SegmentTiming>& segments) {
+  std::int64_t steps = 0;
+  RealTime first = segments.front().begin, last, end;
+  for (const SegmentTiming& segment : segments) {
+    steps += std::ssize(segment.steps);
+    if (!segment.steps.empty()) last = segment.steps.back().begin, end = segment.steps.back().end;
+  }
+  MapSetup setup{.grids = {SamplingGrid{}}, .emission = Emission::hold, .end = end + Duration{1}};
+  const auto need = [&](StrategyKind kind) {
+    RunningNeeds needs(setup.grids, setup.emission, RunningNeeds::Phase::any);
+    each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> mapped) { needs.add(mapped); });
+    return needs.budget().latency.ns;
+  };
+  PauseBound bound(Duration{(last - first).ns / steps});
+  for (const SegmentTiming& segment : segments)
+    for (const Interval& step : segment.steps) bound.add(step.begin, step.end);
+  return {need(StrategyKind::paper), need(StrategyKind::phase_locked), bound.latency().ns};
+}
+
 std::vector<Duration> run_times(const std::vector<SegmentTiming>& segments) {
   std::vector<Duration> out;
   for (const SegmentTiming& segment : segments)
     for (const Interval& step : segment.steps) out.push_back(step.end - step.begin);
   return out;
+}
+
+/// Paced timings of 40 segments: latency of `paper` and of `phase_locked`, and the pause bound.
+void check_split_and_spread(std::uint64_t first, std::uint64_t count) {
+  std::array<std::int64_t, 3> worse{};
+  std::int64_t better = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const RandomStream random(seed, "what-if.spread");
+    ProgrammedTiming programmed{.visualization = Duration{1 + static_cast<std::int64_t>(random.below(0, 15 * ms))},
+                                .steps = {2 + static_cast<int>(random.below(1, 18))},
+                                .visualization_variation = 0.3 * random.uniform(2),
+                                .step_variation = 0.3 * random.uniform(3),
+                                .paced = true,
+                                .seed = seed};
+    programmed.step = Duration{
+        1 + static_cast<std::int64_t>(random.below(4, static_cast<std::uint64_t>(12 * ms / programmed.steps.front())))};
+    const auto needs = [&](const FrameGovernor& governor) {
+      const auto timing = make_governed_timing(make_programmed_timing(programmed), governor, grid_period(programmed));
+      std::vector<SegmentTiming> segments(40 * governor.split);
+      for (SegmentTiming& segment : segments) timing->next(segment);
+      return needs_of(segments);
+    };
+    const int parts = 2 + static_cast<int>(random.below(5, 4));
+    const auto both = needs({.split = parts, .spread = true}), split = needs({.split = parts}),
+               spread = needs({.spread = true});
+    for (std::size_t n = 0; n < both.size(); ++n) {
+      const std::int64_t over = both[n] - std::min(split[n], spread[n]);
+      worse[n] += over > 1'000'000'000 / 30 / programmed.steps.front();
+      better += over < 0;
+    }
+  }
+  CHECK(worse[0] == 0);
+  CHECK(worse[1] <= static_cast<std::int64_t>(count / 20'000));  // its own estimates: 2 of 100,000, by 2.3 ms more
+  CHECK(worse[2] == 0);
+  CHECK(better > 3 * static_cast<std::int64_t>(count) / 2);
 }
 
 }  // namespace
@@ -216,60 +275,62 @@ TEST_CASE("steps that are spread need the latency of the drawing, not of the wai
   // Measured once with each segment's slots laid over the recording's mean period, which no simulator knows beforehand.
   struct Expected {
     const char* name;
-    double as_is_ms, spread_ms, bound_ms;
+    double as_is_ms, spread_ms, bound_ms, bound_tolerance = 0.05;
   };
   for (const Expected& expected :
        {Expected{"burn-paced30-pthread", 27.99, 16.00, 14.55}, Expected{"render-paced30-pthread", 41.26, 28.19, 24.47},
-        Expected{"small-paced30-basic", 42.42, 23.72, 19.85}, Expected{"paced30-pthread", 42.99, 39.61, 32.70}}) {
+        Expected{"small-paced30-basic", 42.42, 23.72, 19.85}, Expected{"paced30-pthread", 42.99, 39.61, 32.70},
+        Expected{"h100-render", 31.59, 4.43, 4.35}, Expected{"h100-pause", 30.61, 12.57, 12.55},
+        Expected{"h100-contended", 52.44, 27.90, 17.05}, Expected{"h200-bursts", 38.89, 11.77, 7.75},
+        // Its first segment lasts 34.7 ms, not 33.3, so the second is spread too far.
+        Expected{"h100-paperlike", 22.50, 14.93, 13.70, 0.1}}) {
     INFO(expected.name);
     const SizeRecord record = sized(expected.name, {"spread"});
     REQUIRE(record.what_ifs.size() == 2);  // it needs no second row that looks back
     CHECK(phase_locked(record.what_ifs[0]).latency.ns == Approx(expected.as_is_ms * 1e6).epsilon(0.001));
     CHECK(phase_locked(record.what_ifs[1]).latency.ns == Approx(expected.spread_ms * 1e6).epsilon(0.05));
-    CHECK(record.what_ifs[1].pause_bound.ns == Approx(expected.bound_ms * 1e6).epsilon(0.05));
+    CHECK(record.what_ifs[1].pause_bound.ns == Approx(expected.bound_ms * 1e6).epsilon(expected.bound_tolerance));
     CHECK(record.what_ifs[1].drawings == record.what_ifs[0].drawings);
     CHECK(record.what_ifs[1].left_out == 0);
     CHECK(record.what_ifs[1].simulated_against_real == Approx(1).margin(0.0034));  // the last step of 300 segments is later
   }
 }
 
-TEST_CASE("of a recording spread and split together are never worse than spread alone by more than a step",
+TEST_CASE("of a recording that waits split and spread together are never worse than either alone by more than a step",
           "[what-if][spread]") {
-  // Than split alone they can be: the first drawing is made whole, because the grid of a recording is not known yet.
+  // From the second segment on: before it is over nobody knows the grid, so the first drawing is whole and its steps are a
+  // burst. With the period as a pace, from the beginning.
   for (const char* name : {"burn-paced30-pthread", "render-paced30-pthread", "small-paced30-basic", "paced30-pthread",
-                           "regime-free-basic", "paperlike-free-basic"}) {
+                           "h100-render", "h100-pause", "h100-paperlike", "h100-contended", "h200-bursts"}) {
+    const std::vector<SegmentTiming> source = recorded_segments(name);
+    const std::optional<Duration> period = grid_period(source);
+    REQUIRE(period);
+    const std::size_t steps = source.front().steps.size();
+    const auto need = [&](const FrameGovernor& governor, std::size_t from) {
+      const auto timing = make_governed_replay(source, governor);
+      std::vector<SegmentTiming> segments;
+      std::size_t before = 0;
+      for (SegmentTiming segment; timing->next(segment); before += segment.steps.size())
+        if (before >= from) segments.push_back(segment);
+      return needs_of(segments)[1];
+    };
+    const std::int64_t slot = period->ns / static_cast<std::int64_t>(steps);
+    const std::int64_t spread_later = need({.spread = true}, steps), spread = need({.spread = true}, 0);
     for (const int parts : {2, 3, 5}) {
       INFO(name << ", split " << parts);
-      const SizeRecord record = sized(name, {"spread", "spread, split " + std::to_string(parts)});
-      const auto need = [&](std::size_t row) { return phase_locked(record.what_ifs.at(row)).latency.ns; };
-      CHECK(need(2) <= need(1) + record.length.ns / record.steps);
+      CHECK(need({.split = parts, .spread = true}, steps) <= std::min(need({.split = parts}, steps), spread_later) + slot);
+      CHECK(need({.split = parts, .pace = period, .spread = true}, 0) <= std::min(need({.split = parts}, 0), spread) + slot);
     }
   }
 }
 
-TEST_CASE("of a programmed timing spread and split together have no pause bound above that of either alone plus a step",
+TEST_CASE("of 10,000 programmed timings split and spread together are never worse than either by more than a step",
           "[what-if][spread]") {
-  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    const RandomStream random(seed, "what-if.spread");
-    ProgrammedTiming programmed{.visualization = Duration{1 + static_cast<std::int64_t>(random.below(0, 15 * ms))},
-                                .steps = {2 + static_cast<int>(random.below(1, 18))},
-                                .visualization_variation = 0.3 * random.uniform(2),
-                                .step_variation = 0.3 * random.uniform(3),
-                                .paced = true,
-                                .seed = seed};
-    programmed.step = Duration{
-        1 + static_cast<std::int64_t>(random.below(4, static_cast<std::uint64_t>(12 * ms / programmed.steps.front())))};
-    const auto need = [&](const FrameGovernor& governor) {
-      const auto timing = make_governed_timing(make_programmed_timing(programmed), governor, grid_period(programmed));
-      std::vector<SegmentTiming> segments(150 * governor.split);
-      for (SegmentTiming& segment : segments) timing->next(segment);
-      return size_segments(segments, "random", {}).held.pause.ns;
-    };
-    const int parts = 2 + static_cast<int>(random.below(5, 4));
-    INFO("seed " << seed << ", split " << parts);
-    CHECK(need({.split = parts, .spread = true}) <=
-          std::min(need({.split = parts}), need({.spread = true})) + 1'000'000'000 / 30 / programmed.steps.front());
-  }
+  check_split_and_spread(0, evenstep::testing::cases(10'000));
+}
+TEST_CASE("of 100,000 programmed timings split and spread together are worse by more than a step in five at most",
+          "[million]") {
+  check_split_and_spread(1'000'000, evenstep::testing::cases(100'000));
 }
 
 TEST_CASE("a lane of its own takes the drawing out of a pause, and only with spread the waiting", "[what-if][spread]") {
