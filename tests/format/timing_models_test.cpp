@@ -311,6 +311,13 @@ TEST_CASE("A game's loop that cannot work, or a key that it does not have, is an
   check_game(free + "changes = [{ at = \"1 s\", steps = 3 }]\n", "'steps' cannot change with loop = \"accumulator\"");
   check_game("loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"12 ms\"\n", "so each frame has more steps than");
   check_game(free + "changes = [{ at = \"1 s\", step = \"12 ms\" }]\n", "so each frame has more steps than");
-  check_game(kGame + std::string("governor = { split = 2 }\n"), "'governor': it would move frames");
+  check_game(
+      kGame + std::string("governor = { steps = \"spread\" }\n"),
+      "so they come in a burst whenever the frame comes, and how many they are depends on when that is; remove it. A loop "
+      "that begins each step when it is due has no accumulator: instead of 'loop' write e.g. segment = \"30 Hz\", "
+      "steps = 3, governor = { steps = \"spread\" }");
+  CHECK(
+      read_text(spring_with("segment = \"30 Hz\"\nvisualization = \"4 ms\"\nstep = \"0.5 ms\"\n"
+                            "steps = 3\ngovernor = { steps = \"spread\" }\n")));
   CHECK_THAT(errors_of(read_text(spring_with(kGame))), Contains("[scene] has no 'step_size', which loop = \"accumulator\""));
 }

@@ -15,10 +15,18 @@ constexpr Duration kShortestPace{10'000}, kLongestPace{9'000'000'000};  // as a 
 void check_pauses(ScenarioReading& reading, const Table& governor) {
   const TimingSpec& timing = reading.scenario.timing;
   const auto has_clock = [](const SegmentTiming& segment) { return !segment.simulated.empty(); };
-  if (timing.programmed.accumulator || std::any_of(timing.trace.begin(), timing.trace.end(), has_clock))
+  if (timing.programmed.accumulator)
+    reading.errors.add(
+        governor.place("split"),
+        "'governor': the steps of a game's frame are those that are due when it begins, so they come in a burst whenever "
+        "the "
+        "frame comes, and how many they are depends on when that is; remove it. A loop that begins each step when it is due "
+        "has no accumulator: instead of 'loop' write e.g. segment = \"30 Hz\", steps = 3, governor = { steps = \"spread\" "
+        "}");
+  if (std::any_of(timing.trace.begin(), timing.trace.end(), has_clock))
     reading.errors.add(governor.place("split"),
-                       "'governor': it would move frames whose steps are those that are due when they "
-                       "begin; remove it");
+                       "'governor': the recording is of a game's loop, whose frames have the steps that are due when they "
+                       "begin; were they moved, others would be due; remove it");
   const auto overlaps = [](const SegmentTiming& segment) { return segment.overlaps(); };
   const bool beside = timing.trace.empty() ? timing.programmed.order == SegmentOrder::concurrent
                                            : std::any_of(timing.trace.begin(), timing.trace.end(), overlaps);
