@@ -86,14 +86,14 @@ std::vector<Interval> steps_of(const std::vector<SegmentTiming>& segments) {
   return out;
 }
 
-/// What a simulator with a timer of `period` does: 12 segments of 1 to 20 steps (all the same number, or any), which wait
-/// for their turn or begin late. Drawings take their share of the period, and one in ten up to two periods more. `fit`: no
-/// step is longer than its slot; otherwise one in a hundred takes up to a period. `jitter`: of the turns, in 1/1000.
+/// What a simulator with a timer of `period` does: `length` segments of 1 to 20 steps (all the same number, or any), which
+/// wait for their turn or begin late. Drawings take their share of the period, and one in ten up to two periods more. `fit`:
+/// no step is longer than its slot; otherwise one in a hundred takes up to a period. `jitter`: of the turns, in 1/1000.
 struct Paced {
   Duration period;
   std::vector<SegmentTiming> segments;
 };
-Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0) {
+Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0, std::int64_t length = 12) {
   const RandomStream random(seed, "governor.spread");
   std::uint64_t draw = 0;
   const auto below = [&](std::int64_t bound) {
@@ -103,7 +103,7 @@ Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0) {
   const std::int64_t period = out.period.ns, most = 1 + below(20), share = 1 + below(90), drawing = below(60);
   const bool varies = below(2) == 0;
   RealTime busy;
-  for (std::int64_t k = 0; k < 12; ++k) {
+  for (std::int64_t k = 0; k < length; ++k) {
     const std::int64_t off = jitter > 0 ? below(period * static_cast<std::int64_t>(jitter) / 1000 + 1) : 0;
     SegmentTiming segment;
     segment.index = k;
@@ -523,6 +523,41 @@ TEST_CASE("what spread did with a recording up to an instant is the same whateve
   }
   CHECK(wrong == 0);
   CHECK(compared > evenstep::testing::cases(500'000));
+}
+
+TEST_CASE("a governor that spreads a recording forgets what came before its last eight segments", "[governor][spread]") {
+  // From the first segment on that waits for its turn, and has eight before it, in both: one governor has seen 16 more.
+  constexpr std::size_t kPast = 16, kLearnedFrom = 8;
+  std::int64_t wrong = 0, compared = 0;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(5'000); ++seed) {
+    const FrameGovernor governor{.split = 1 + static_cast<int>(seed % 3), .spread = true};
+    const std::vector<SegmentTiming> all = paced_schedule(seed, false, seed % 31, 36).segments,
+                                     last(all.begin() + kPast, all.end());
+    const auto old = governed_replay(all, governor), fresh = governed_replay(last, governor);
+    // What was made of the segments of the source from number k on, if the first of them waited for its turn.
+    const auto from = [](const std::vector<SegmentTiming>& made, const std::vector<SegmentTiming>& source, std::size_t k) {
+      std::vector<SegmentTiming> out;
+      std::size_t before = 0;
+      for (std::size_t i = 0; i < k; ++i) before += source[i].steps.size();
+      for (const SegmentTiming& segment : made) {
+        if (before == 0 && segment.begin >= source[k].begin) out.push_back(segment);
+        before -= std::min(before, segment.steps.size());
+      }
+      if (out.front().begin != source[k].begin) out.clear();
+      for (SegmentTiming& segment : out) segment.index = 0;
+      return out;
+    };
+    std::vector<SegmentTiming> is, expected;
+    for (std::size_t k = kLearnedFrom; k < last.size() && (is.empty() || expected.empty()); ++k) {
+      if (last[k].begin < last[k - 1].end + Duration{kMs}) continue;  // the source did not wait, so its turn was before it
+      is = from(old, all, kPast + k), expected = from(fresh, last, k);
+    }
+    if (is.empty() || expected.empty()) continue;
+    wrong += digest_of(is) != digest_of(expected);
+    compared += std::ssize(is);
+  }
+  CHECK(wrong == 0);
+  CHECK(compared > evenstep::testing::cases(50'000));
 }
 
 TEST_CASE("a source that runs freely is not spread", "[governor][spread]") {

@@ -236,7 +236,8 @@ void EvdevDriver::date(RealTime now) {
   last_.taken_at = times_->taken(now);
 }
 
-/// The forces rise from zero again, because this tick still says that the device is away.
+/// The forces rise from zero again, because this tick still says that the device is away. Where the hand is may be unknown,
+/// as at the start (is_position_known).
 void EvdevDriver::come_back() {
   is_away_ = false;
   last_.away = true;
@@ -247,8 +248,11 @@ void EvdevDriver::come_back() {
     return;
   }
   adopt_axes();
-  note_report();
+  is_lost_ = is_asking_ = positions_changed_ = last_.fresh = false;
   newest_event_.reset();
+  last_event_.reset();
+  next_send_ = {};
+  next_effect_ = 0;
   for (Effect& effect : effects_) {
     effect.is_sent = effect.is_played = false;
     effect.refused_since.reset();
