@@ -34,8 +34,7 @@
 /// drawing or step has delayed is caught up with as soon as without `spread`. No step is dropped, and the order stays.
 ///   T   `pace`, or else the source's period P. A source that runs freely does not wait, and its steps stay as they are
 ///   N   the number of the segment's steps
-/// With `spread` opportunity j of a segment, too, has its turn at the slot of its first step, so that the steps keep one
-/// pace.
+/// Opportunity j of a segment, too, then has its turn at the slot of its first step, so that steps keep one pace.
 ///
 /// Split and spread together, with even slots i T/N and T and N known beforehand; a step's lead is its slot minus its begin,
 /// its lateness its end minus its slot. All three schedules do the same work in nearly the same order, and a busy time
@@ -43,8 +42,7 @@
 ///   - no later than with `split` alone plus the most that `split` leads by, because no step of it begins earlier before its
 ///     slot: lead and lateness, which a latency has to bridge, together are never more than those of `split` alone;
 ///   - no later than with `spread` alone plus K - 1 parts, the rest of the drawing that it still has before it. If no step
-///   is
-///     longer than T/N, its largest lateness was never more than a slot above that of `spread` alone (100,000 schedules).
+///     is longer than T/N, the largest lateness was never more than a slot above that of `spread` alone (100,000 schedules).
 /// Where steps may be longer, no governor that does not know them keeps within a slot of both: let K = 2, short steps, idle
 /// time I per segment, 2 T/N < I < V - 2 T/N, and one step of length V. If the second part comes in the first half of the
 /// segment, the last step of that half begins (V - I)/2 late or more, and with `split` alone on time; if it comes later, the
@@ -53,8 +51,8 @@
 /// Of a recording nobody has programmed T, P and N, so they are what was usual in its last 8 segments: T = P is the lower
 /// median of their lengths, if at least half of them ended with idle time (more than 1 % of their length); N is the most
 /// steps that one of them had. The first segment is a burst, and is not split; with a `pace` it is, and if it has parts,
-/// also spread, because who shares steps out between parts knows how many there are. Steps beyond N have the slot of step N
-/// - 1, and when the recording's next segment begins no step waits any more. So what the governor does up to an instant is
+/// also spread, because who shares steps out between parts knows how many there are. Steps beyond N have the last slot, and
+/// when the recording's next segment begins no step waits any more. So what the governor does up to an instant is
 /// the same whatever comes after, and a step begins later than without `spread` by at most the length of one segment of the
 /// source; if T and N are programmed and no step is longer than its slot, no later than its slot or its begin without
 /// `spread` (gaps of the source that are no idle time come on top).

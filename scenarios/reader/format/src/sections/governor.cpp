@@ -19,10 +19,9 @@ void check_pauses(ScenarioReading& reading, const Table& governor) {
     reading.errors.add(
         governor.place("split"),
         "'governor': the steps of a game's frame are those that are due when it begins, so they come in a burst whenever "
-        "the "
-        "frame comes, and how many they are depends on when that is; remove it. A loop that begins each step when it is due "
-        "has no accumulator: instead of 'loop' write e.g. segment = \"30 Hz\", steps = 3, governor = { steps = \"spread\" "
-        "}");
+        "the frame comes, and how many they are depends on when that is; remove it. A loop that begins each step when it is "
+        "due has no accumulator: instead of 'loop' write e.g. segment = \"30 Hz\", steps = 3, governor = { steps = "
+        "\"spread\" }");
   if (std::any_of(timing.trace.begin(), timing.trace.end(), has_clock))
     reading.errors.add(governor.place("split"),
                        "'governor': the recording is of a game's loop, whose frames have the steps that are due when they "
