@@ -61,6 +61,13 @@ Json json_of(const SizeRate& rate) {
   return out;
 }
 
+Json json_of(const SizeUnseen& unseen) {
+  return {{"sized_segments", unseen.sized},  {"played_segments", unseen.played},
+          {"from_ns", unseen.from.ns},       {"latency_ns", unseen.latency.ns},
+          {"lead_ns", unseen.lead.ns},       {"late_segments", unseen.late},
+          {"late_by_ns", unseen.late_by.ns}, {"missing_by_ns", unseen.missing_by.ns}};
+}
+
 Json json_of(const SizeStrategy& strategy) {
   Json out = {{"latency_any_phase_ns", strategy.any_phase.latency.ns},
               {"latency_this_phase_ns", strategy.latency_this_phase.ns},
@@ -72,6 +79,8 @@ Json json_of(const SizeStrategy& strategy) {
   out["velocity_jump"] = strategy.jump_seen ? json_number(strategy.velocity_jump) : Json(nullptr);
   if (strategy.path) out["any_path_at_this_jump_ns"] = strategy.path->latency.ns;
   put_need(out, strategy.any_phase);
+  out["unseen"] = Json::array();
+  for (const SizeUnseen& one : strategy.unseen) out["unseen"].push_back(json_of(one));
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);
   return out;
 }

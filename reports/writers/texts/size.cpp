@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "evenstep/reports/size_record.h"
 #include "size_conclusion.h"
 
@@ -144,6 +146,29 @@ std::string cycle_text(const SizeRecord& record) {
   return out + ".\n";
 }
 
+/// How the sizes of the first parts did on the parts after them.
+std::string unseen(const SizeRecord& record) {
+  std::string out;
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (strategy.unseen.empty()) continue;
+    const SizeUnseen all = strategy.all_unseen();
+    const auto parts =
+        std::count_if(strategy.unseen.begin(), strategy.unseen.end(), [](const auto& one) { return one.late > 0; });
+    out += fmt::format("  {:<13} {:>18} {:>9.3g} {:>14} {:>18.6f} {:>22.6f}\n", strategy.name,
+                       fmt::format("{} of {}", all.late, all.played),
+                       100 * static_cast<double>(all.late) / static_cast<double>(all.played),
+                       fmt::format("{} of {}", parts, strategy.unseen.size()), ms(all.late_by), ms(all.missing_by));
+  }
+  if (out.empty())
+    return fmt::format("\n  Too short to be sized on a part and played on the next: that takes {} segments.\n",
+                       kLeastUnseen);
+  return fmt::format(
+             "\n  Sized on the first 1 to 5 sixths, and played on the sixth after them, which that size has not seen\n"
+             "  {:<13} {:>18} {:>9} {:>14} {:>18} {:>22}\n",
+             "", "late segments", "%", "in parts", "force late by, ms", "sample missing by, ms") +
+         out;
+}
+
 std::string rate_row(const std::string& name, const SizeRateNeed& need) {
   return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>13.3g} %\n", name, ms(need.latency), ms(need.lead),
                      need.underruns, 100 * need.rate_at_most);
@@ -175,8 +200,8 @@ std::string size_rates_text(const SizeRecord& record) {
 }
 
 std::string size_text(const SizeRecord& record) {
-  return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
+  return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
+         culprits(record) + (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
          internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "evenstep/reports/json.h"
 
@@ -112,6 +113,17 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   return out + fmt::format("  Mend first {}: that alone leaves {:.6f} ms.\n", these, ms(alone(*best)));
 }
 
+/// What the size is worth for the next recording.
+std::string unseen(const SizeStrategy& use) {
+  if (use.unseen.empty()) return "";
+  const SizeUnseen all = use.all_unseen();
+  if (all.late == 0) return "  Sized on its first parts, it is never late in the parts after them.\n";
+  return fmt::format(
+      "  Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to {:.4g} ms:\n  "
+      "expect the like of the next recording.\n",
+      100 * static_cast<double>(all.late) / static_cast<double>(all.played), ms(std::max(all.late_by, all.missing_by)));
+}
+
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
   std::string out =
       fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency), ms(use.lead));
@@ -124,6 +136,18 @@ std::string tables(const SizeRecord& record, const SizeStrategy& use) {
 }
 
 }  // namespace
+
+SizeUnseen SizeStrategy::all_unseen() const {
+  SizeUnseen all;
+  for (const SizeUnseen& one : unseen) {
+    const SizeUnseen before = std::exchange(all, one);
+    all.played += before.played;
+    all.late += before.late;
+    all.late_by = std::max(all.late_by, before.late_by);
+    all.missing_by = std::max(all.missing_by, before.missing_by);
+  }
+  return all;
+}
 
 bool SizeHitches::regular(Duration segment) const {
   const Duration slack{median_between.ns / kAlikePart + segment.ns};
@@ -187,7 +211,7 @@ std::string conclusion_text(const SizeRecord& record) {
              "device. The loop\n  carries {}.\n",
              use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
          (pause.empty() ? "" : "  " + pause + "\n") + worth(record, *use) + blame(record, *use) + compared(record, *use) +
-         tables(record, *use);
+         unseen(*use) + tables(record, *use);
 }
 
 }  // namespace internal

@@ -32,7 +32,7 @@ using internal::kLeastTimed_s;
 using internal::kMostCell_s;
 using internal::StudyRun;
 
-constexpr double kDivergedTimes = 10;  // a point has diverged if its error is this many times the reference's force
+constexpr double kLostTimes = 10;  // a point has diverged if its error is this many times the reference's force
 
 /// Sums the squares of differences, and keeps the greatest.
 class Sum {
@@ -281,7 +281,7 @@ void FeltCells::compare(const Scenario& changed, const FeltStrategy& judged, con
     latency_s = std::max(latency_s, judged.age_s[tool] + seconds(scenario_.devices[tool].force_delay));
   }
   point.device_latency_s = latency_s - point.latency_s;
-  if (!(point.total.rms_N <= kDivergedTimes * reference_.info.scale_N)) {
+  if (!(point.total.rms_N <= kLostTimes * reference_.info.scale_N)) {
     point.state = StudyCell::State::diverged;
     point.reason = fmt::format("the error is {:.3g} times the force", point.total.rms_N / reference_.info.scale_N);
   }

@@ -14,6 +14,7 @@ void SegmentNeeds::add(std::span<const MappedStep> steps) {
     running_.add(steps.subspan(from, i - from));
     end_segment();
     segment_ = steps[i].segment;
+    begin_ = steps[i].begin;
     from = i;
   }
   running_.add(steps.subspan(from));
@@ -21,7 +22,7 @@ void SegmentNeeds::add(std::span<const MappedStep> steps) {
 
 void SegmentNeeds::end_segment() {
   const LatencyBudget budget = running_.budget();
-  if (budget.latency_culprit >= 0) needs_.push_back({budget.lead, budget.latency - budget.lead});
+  if (budget.latency_culprit >= 0) needs_.push_back({budget.lead, budget.latency - budget.lead + ahead_, begin_});
   running_.restart_needs();
 }
 
@@ -69,8 +70,9 @@ std::int64_t most_underruns_for(double rate, double confidence, std::int64_t seg
 }
 
 MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments) {
-  SegmentNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any);
-  SegmentNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one);
+  const Duration ahead = needed_ahead(setup, kind, setup.emission);
+  SegmentNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any, ahead);
+  SegmentNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one, ahead);
   each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> steps) {
     any.add(steps);
     here.add(steps);

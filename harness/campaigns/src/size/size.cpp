@@ -22,6 +22,7 @@
 #include "mend.h"
 #include "own_clock.h"
 #include "rate.h"
+#include "unseen.h"
 #include "what_if_rows.h"
 
 namespace evenstep {
@@ -276,6 +277,8 @@ class Sizer {
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
     const Duration ahead = needed_ahead(input_.setup, kind, input_.setup.emission);
+    internal::SegmentNeeds any_of_segments(devices_, emission, RunningNeeds::Phase::any, ahead);
+    internal::SegmentNeeds here_of_segments(devices_, emission, RunningNeeds::Phase::this_one, ahead);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
@@ -283,6 +286,8 @@ class Sizer {
     each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
+      any_of_segments.add(steps);
+      if (options_.rate) here_of_segments.add(steps);
       jump.add(steps);
       std::size_t from = 0;
       for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -309,7 +314,10 @@ class Sizer {
     out.lead_culprit = least.lead_culprit;
     out.interaction_capacity = static_cast<std::int64_t>(any.interaction_capacity());
     out.force_capacity = force_capacity(kind, least);
-    if (options_.rate) out.rate = rate(kind);
+    const internal::MapNeeds needs{any_of_segments.take(), here_of_segments.take()};
+    out.unseen = internal::play_unseen(needs.any_phase);
+    if (options_.rate && !needs.any_phase.empty())
+      out.rate = internal::rate_of(needs, std::ssize(needs.any_phase), *options_.rate, options_.confidence);
     SizeNeed& need = out.any_phase;
     need.latency = least.latency;
     need.windows = windows_of(std::move(windows));
@@ -323,12 +331,6 @@ class Sizer {
       need.culprit.mended_latency = any.budget().latency + ahead;
     });
     return out;
-  }
-
-  std::optional<SizeRate> rate(StrategyKind kind) const {
-    const internal::MapNeeds needs = internal::needs_of(input_.setup, kind, input_.segments);
-    if (needs.any_phase.empty()) return std::nullopt;
-    return internal::rate_of(needs, std::ssize(needs.any_phase), *options_.rate, options_.confidence);
   }
 
   std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {

@@ -39,6 +39,16 @@ struct SizeNeed {
   double stiffness_limit_N_per_m = 0;  ///< damping / (h / 2 + total_delay)
 };
 
+/// Sized on the first part of the segments, played on the part after it (harness/campaigns/src/size/unseen.h).
+inline constexpr std::int64_t kLeastUnseen = 60;  ///< segments; fewer are not played so
+struct SizeUnseen {
+  std::int64_t sized = 0, played = 0;  ///< segments
+  RealTime from;                       ///< where the played ones begin
+  Duration latency, lead;              ///< of the sized ones
+  std::int64_t late = 0;               ///< of the played ones, those with an underrun
+  Duration late_by, missing_by;        ///< how late a force and a sample were at worst; 0: never
+};
+
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
   Duration latency, lead;
@@ -75,6 +85,9 @@ struct SizeStrategy {
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
+  std::vector<SizeUnseen> unseen;  ///< at five places, in order; empty if there are too few segments
+  /// All five together: `late` and `played` are sums, `late_by` and `missing_by` the largest; the rest is of the last.
+  SizeUnseen all_unseen() const;
   std::optional<SizeRate> rate;
 };
 
