@@ -48,7 +48,7 @@ Json json_of(const SizeRateNeed& need) {
   return {{"latency_ns", need.latency.ns},
           {"lead_ns", need.lead.ns},
           {"underrun_segments", need.underruns},
-          {"rate_at_most", json_number(need.rate_at_most)}};
+          {"rate_at_most", need.rate_at_most ? json_number(*need.rate_at_most) : Json()}};
 }
 
 Json json_of(const SizeRate& rate) {
@@ -56,7 +56,8 @@ Json json_of(const SizeRate& rate) {
               {"allowed_segments", rate.allowed},
               {"any_phase", json_of(rate.any_phase)},
               {"this_phase", json_of(rate.this_phase)},
-              {"long_enough", rate.sure.has_value()}};
+              {"segments_needed", rate.segments_needed},
+              {"sure", nullptr}};
   if (rate.sure) out["sure"] = json_of(*rate.sure);
   return out;
 }
@@ -66,6 +67,19 @@ Json json_of(const SizeUnseen& unseen) {
           {"from_ns", unseen.from.ns},       {"latency_ns", unseen.latency.ns},
           {"lead_ns", unseen.lead.ns},       {"late_segments", unseen.late},
           {"late_by_ns", unseen.late_by.ns}, {"missing_by_ns", unseen.missing_by.ns}};
+}
+
+Json json_of(const SizeTrust& trust) {
+  Json out = {{"segments", trust.segments},
+              {"alike", json_number(trust.alike)},
+              {"effective_segments", trust.effective()},
+              {"block_segments", trust.block},
+              {"one_process", trust.tested ? Json(!trust.change) : Json()}};
+  if (trust.change) {
+    out["change_segment"] = trust.change->segment;
+    out["change_ns"] = trust.change->from.ns;
+  }
+  return out;
 }
 
 Json json_of(const SizeStrategy& strategy) {
@@ -81,6 +95,7 @@ Json json_of(const SizeStrategy& strategy) {
   put_need(out, strategy.any_phase);
   out["unseen"] = Json::array();
   for (const SizeUnseen& one : strategy.unseen) out["unseen"].push_back(json_of(one));
+  out["trust"] = json_of(strategy.trust);
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);
   return out;
 }

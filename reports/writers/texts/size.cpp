@@ -170,27 +170,33 @@ std::string unseen(const SizeRecord& record) {
 }
 
 std::string rate_row(const std::string& name, const SizeRateNeed& need) {
-  return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>13.3g} %\n", name, ms(need.latency), ms(need.lead),
-                     need.underruns, 100 * need.rate_at_most);
+  return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>15}\n", name, ms(need.latency), ms(need.lead), need.underruns,
+                     need.rate_at_most ? fmt::format("{:.3g} %", 100 * *need.rate_at_most) : "-");
+}
+
+/// The row of the latency that keeps the rate for sure, or why there is none.
+std::string sure_row(const SizeRecord& record, const SizeStrategy& strategy) {
+  const std::string name = fmt::format("  {:.6g} % sure", 100 * record.confidence);
+  if (strategy.rate->sure) return rate_row(name, *strategy.rate->sure);
+  const SizeTrust& trust = strategy.trust;
+  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, internal::not_one_process(trust));
+  return fmt::format(
+      "  {:<13} nothing: too short, {} segments say as much as {} independent ones; {} without any underrun are needed\n",
+      name, trust.segments, trust.effective(), strategy.rate->segments_needed);
 }
 
 std::string rates(const SizeRecord& record) {
-  const double percent = 100 * *record.rate, sure = 100 * record.confidence;
-  std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", percent);
+  std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", 100 * *record.rate);
   out += fmt::format("  {:<13} {:>13} {:>13} {:>10} {:>15}\n", "", "latency, ms", "lead, ms", "segments",
-                     fmt::format("rate at {:.6g} %", sure));
+                     fmt::format("rate at {:.6g} %", 100 * record.confidence));
   for (const SizeStrategy& strategy : record.strategies) {
     if (!strategy.rate) continue;
-    const SizeRate& rate = *strategy.rate;
-    out += rate_row(strategy.name, rate.any_phase) + rate_row("  this phase", rate.this_phase);
-    out += rate.sure ? rate_row(fmt::format("  {:.6g} % sure", sure), *rate.sure)
-                     : fmt::format(
-                           "    too short to be {:.6g} % sure of that: {} segments; {} without any underrun are "
-                           "needed\n",
-                           sure, rate.segments, record.clean_segments);
+    out += rate_row(strategy.name, strategy.rate->any_phase) + rate_row("  this phase", strategy.rate->this_phase) +
+           sure_row(record, strategy);
   }
   return out +
-         "  The last column is the upper bound of Clopper and Pearson on the true rate; segments count as independent.\n";
+         "  The last column is an upper bound on the true rate of the process recorded. It knows that late segments come\n  "
+         "together, and that lead and latency were chosen by the segments that judge them.\n";
 }
 
 }  // namespace

@@ -117,11 +117,15 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
 std::string unseen(const SizeStrategy& use) {
   if (use.unseen.empty()) return "";
   const SizeUnseen all = use.all_unseen();
-  if (all.late == 0) return "  Sized on its first parts, it is never late in the parts after them.\n";
-  return fmt::format(
-      "  Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to {:.4g} ms:\n  "
-      "expect the like of the next recording.\n",
-      100 * static_cast<double>(all.late) / static_cast<double>(all.played), ms(std::max(all.late_by, all.missing_by)));
+  const std::string change =
+      use.trust.change ? "  No confidence is given: " + internal::not_one_process(use.trust) + "\n" : "";
+  if (all.late == 0) return "  Sized on its first parts, it is never late in the parts after them.\n" + change;
+  return change + fmt::format(
+                      "  Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to "
+                      "{:.4g} ms:\n  "
+                      "expect the like of the next recording.\n",
+                      100 * static_cast<double>(all.late) / static_cast<double>(all.played),
+                      ms(std::max(all.late_by, all.missing_by)));
 }
 
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
@@ -183,6 +187,11 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record) {
 }
 
 namespace internal {
+
+std::string not_one_process(const SizeTrust& trust) {
+  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
+  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
+}
 
 std::string hitches_text(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);

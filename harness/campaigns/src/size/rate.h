@@ -50,10 +50,6 @@ struct RateLatency {
 /// 0 <= allowed < needs.size(). Among equal latencies it is the one with the largest lead.
 RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std::int64_t allowed);
 
-/// How many of `segments` segments may have an underrun so that the bound is not above `rate`; -1 if it is above even with
-/// none.
-std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments);
-
 /// The segments of a scenario's timing that begin within its run.
 std::vector<SegmentTiming> segments_of(const Scenario& scenario);
 /// Those that can be sized; `other_maps`: also those that are there for comparison only.
@@ -67,8 +63,8 @@ MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const Segm
 
 /// floor(rate * segments), without the error of the product.
 std::int64_t allowed_underruns(double rate, std::int64_t segments);
-/// The latencies for that rate. `segments` is how many there are; the needs may be those of a pool.
-SizeRate rate_of(const MapNeeds& needs, std::int64_t segments, double rate, double confidence);
+/// The latencies for that rate. The needs may be those of a pool; `trust` is in all segments.
+SizeRate rate_of(const MapNeeds& needs, const SizeTrust& trust, double rate, double confidence);
 
 /// Of many segments those that decide, when `allowed` of them may have an underrun: the allowed + 1 largest leads, and the
 /// allowed + 1 largest delays. The formula above looks at no others. So its memory is that of the underruns allowed, not of

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "evenstep/harness/sizing.h"
-#include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
@@ -17,11 +16,11 @@
 #include "evenstep/remap/step_windows.h"
 #include "evenstep/remap/velocity_jump.h"
 #include "evenstep/reports/json.h"
-#include "evenstep/reports/rate_bound.h"
 #include "hitches.h"
 #include "mend.h"
 #include "own_clock.h"
 #include "rate.h"
+#include "trust.h"
 #include "unseen.h"
 #include "what_if_rows.h"
 
@@ -91,7 +90,7 @@ class Sizer {
     record.damping_N_s_per_m = options_.damping_N_s_per_m;
     record.rate = options_.rate;
     record.confidence = options_.confidence;
-    if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
+    if (options_.rate) record.clean_segments = internal::chosen_segments_needed(*options_.rate, options_.confidence, 1);
     LongestPause pauses;
     for (const SegmentTiming& one : input_.segments)
       pauses.add_segment({one.begin, one.end}, one.visualization, one.steps, one.overlaps());
@@ -316,8 +315,9 @@ class Sizer {
     out.force_capacity = force_capacity(kind, least);
     const internal::MapNeeds needs{any_of_segments.take(), here_of_segments.take()};
     out.unseen = internal::play_unseen(needs.any_phase);
+    out.trust = internal::trust_in(needs.any_phase);
     if (options_.rate && !needs.any_phase.empty())
-      out.rate = internal::rate_of(needs, std::ssize(needs.any_phase), *options_.rate, options_.confidence);
+      out.rate = internal::rate_of(needs, out.trust, *options_.rate, options_.confidence);
     SizeNeed& need = out.any_phase;
     need.latency = least.latency;
     need.windows = windows_of(std::move(windows));

@@ -49,11 +49,27 @@ struct SizeUnseen {
   Duration late_by, missing_by;        ///< how late a force and a sample were at worst; 0: never
 };
 
+/// How much the segments of a recording say about the next ones (harness/campaigns/src/size/trust.h).
+struct SizeTrust {
+  std::int64_t segments = 0;
+  double alike = 1;  ///< D: so many segments count as one, because late ones come together
+  std::int64_t effective() const { return static_cast<std::int64_t>(static_cast<double>(segments) / alike); }
+  std::int64_t block = 1;  ///< segments in a block of the test for change
+  bool tested = false;     ///< false: too few blocks
+  struct Change {
+    std::int64_t segment = 0;  ///< the first one after it, counted from 0 over those that were sized
+    RealTime from;
+  };
+  std::optional<Change> change;  ///< the segments before and after are not of one process
+  bool one_process() const { return tested && !change; }
+};
+
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
   Duration latency, lead;
   std::int64_t underruns = 0;  ///< segments with an underrun at this latency and lead: as many as allowed, or fewer
-  double rate_at_most = 1;     ///< upper bound of Clopper and Pearson on the true rate, at the confidence asked for
+  /// Upper bound on the true rate at the confidence asked for (trust.h); empty if it is not one process.
+  std::optional<double> rate_at_most;
 };
 
 /// The latency that is needed if a given rate of segments may have an underrun.
@@ -62,8 +78,9 @@ struct SizeRate {
   std::int64_t allowed = 0;   ///< floor(rate * segments)
   SizeRateNeed any_phase, this_phase;
   /// At any phase, the least latency at which so few segments underrun that the upper bound is not above the rate; empty if
-  /// there are too few segments for that, even without underruns.
+  /// it is not one process, or too short.
   std::optional<SizeRateNeed> sure;
+  std::int64_t segments_needed = 0;  ///< for `sure`, of one process and all without an underrun
 };
 
 /// The least latency of any path (remap/jump_bound.h), or of a map, whose velocity jump is at most `jump`.
@@ -88,6 +105,7 @@ struct SizeStrategy {
   std::vector<SizeUnseen> unseen;  ///< at five places, in order; empty if there are too few segments
   /// All five together: `late` and `played` are sums, `late_by` and `missing_by` the largest; the rest is of the last.
   SizeUnseen all_unseen() const;
+  SizeTrust trust;
   std::optional<SizeRate> rate;
 };
 
@@ -182,7 +200,7 @@ struct SizeRecord {
   double damping_N_s_per_m = 1;
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
-  std::int64_t clean_segments = 0;  ///< how many segments, all without an underrun, would prove the rate
+  std::int64_t clean_segments = 0;  ///< how many segments, independent and without an underrun, would show the rate
   PauseParts pause;                 ///< the one that sets the pause bound
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated
