@@ -69,6 +69,23 @@ Json json_of(const SizeUnseen& unseen) {
           {"late_by_ns", unseen.late_by.ns}, {"missing_by_ns", unseen.missing_by.ns}};
 }
 
+Json json_of(const SizePer& per) {
+  Json out = {{"rate", json_number(per.rate)}};
+  if (!per.refused.empty()) {
+    out["refused"] = per.refused;
+    out["to_record_ns"] = per.to_record.ns;
+    return out;
+  }
+  out["latency_ns"] = per.latency.ns;
+  out["lead_ns"] = per.lead.ns;
+  out["likely_latency_ns"] = per.likely_latency.ns;
+  if (per.beyond)
+    out["tail"] = {{"exceedances", per.exceedances},
+                   {"shape", json_number(per.shape)},
+                   {"shape_at_most", json_number(per.shape_at_most)}};
+  return out;
+}
+
 Json json_of(const SizeTrust& trust) {
   Json out = {{"segments", trust.segments},
               {"alike", json_number(trust.alike)},
@@ -96,6 +113,7 @@ Json json_of(const SizeStrategy& strategy) {
   out["unseen"] = Json::array();
   for (const SizeUnseen& one : strategy.unseen) out["unseen"].push_back(json_of(one));
   out["trust"] = json_of(strategy.trust);
+  if (strategy.per) out["per"] = json_of(*strategy.per);
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);
   return out;
 }
@@ -185,6 +203,10 @@ std::string size_json(const SizeRecord& record) {
     out["rate"] = json_number(*record.rate);
     out["confidence"] = json_number(record.confidence);
     out["clean_segments_needed"] = record.clean_segments;
+  }
+  if (record.per) {
+    out["per_ns"] = record.per->ns;
+    out["confidence"] = json_number(record.confidence);
   }
   out["longest_pause"] = evenstep::json_of(record.pause);
   put_bounds(out, record.held, "");

@@ -185,6 +185,30 @@ std::string sure_row(const SizeRecord& record, const SizeStrategy& strategy) {
       name, trust.segments, trust.effective(), strategy.rate->segments_needed);
 }
 
+/// The latencies for a span of time.
+std::string per(const SizeRecord& record) {
+  std::string out = fmt::format("\n  For {:.6g} s, {:.6g} % sure: at most one segment late in so long{}, on average\n",
+                                seconds(*record.per), 100 * record.confidence,
+                                record.rate ? fmt::format(", or {:.6g} %", 100 * *record.rate) : "");
+  out += fmt::format("  {:<13} {:>13} {:>13} {:>16}\n", "", "latency, ms", "lead, ms", "most likely, ms");
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (!strategy.per) continue;
+    const SizePer& one = *strategy.per;
+    if (!one.refused.empty()) {
+      const std::string why = strategy.trust.one_process() ? one.refused : internal::not_one_process(strategy.trust);
+      out += fmt::format("  {:<13} nothing: {}{}\n", strategy.name, why,
+                         one.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(one.to_record)) : "");
+      continue;
+    }
+    out += fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>16.6f}   {}\n", strategy.name, ms(one.latency), ms(one.lead),
+                       ms(one.likely_latency),
+                       one.beyond ? fmt::format("beyond what was seen: tail of {}, shape {:.2f}, at most {:.2f}",
+                                                one.exceedances, one.shape, one.shape_at_most)
+                                  : "seen");
+  }
+  return out;
+}
+
 std::string rates(const SizeRecord& record) {
   std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", 100 * *record.rate);
   out += fmt::format("  {:<13} {:>13} {:>13} {:>10} {:>15}\n", "", "latency, ms", "lead, ms", "segments",
@@ -207,8 +231,9 @@ std::string size_rates_text(const SizeRecord& record) {
 
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
-         culprits(record) + (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
-         internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record);
+         (record.per ? per(record) : "") + culprits(record) + (record.clock ? clock_text(*record.clock) : "") +
+         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
+         internal::conclusion_text(record);
 }
 
 }  // namespace evenstep

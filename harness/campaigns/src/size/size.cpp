@@ -19,6 +19,7 @@
 #include "hitches.h"
 #include "mend.h"
 #include "own_clock.h"
+#include "per.h"
 #include "rate.h"
 #include "trust.h"
 #include "unseen.h"
@@ -90,6 +91,7 @@ class Sizer {
     record.damping_N_s_per_m = options_.damping_N_s_per_m;
     record.rate = options_.rate;
     record.confidence = options_.confidence;
+    record.per = options_.per;
     if (options_.rate) record.clean_segments = internal::chosen_segments_needed(*options_.rate, options_.confidence, 1);
     LongestPause pauses;
     for (const SegmentTiming& one : input_.segments)
@@ -318,6 +320,9 @@ class Sizer {
     out.trust = internal::trust_in(needs.any_phase);
     if (options_.rate && !needs.any_phase.empty())
       out.rate = internal::rate_of(needs, out.trust, *options_.rate, options_.confidence);
+    if (options_.per)
+      out.per =
+          internal::size_per(needs.any_phase, out.trust, *options_.per, options_.rate.value_or(0), options_.confidence);
     SizeNeed& need = out.any_phase;
     need.latency = least.latency;
     need.windows = windows_of(std::move(windows));

@@ -83,6 +83,19 @@ struct SizeRate {
   std::int64_t segments_needed = 0;  ///< for `sure`, of one process and all without an underrun
 };
 
+/// The latency with which a span of time, perhaps longer than the recording, has at most so many late segments on average
+/// (harness/campaigns/src/size/per.h).
+struct SizePer {
+  double rate = 0;               ///< the share of the segments that this is
+  Duration latency, lead;        ///< upper bound at the confidence asked for
+  Duration likely_latency;       ///< most likely; the same as `latency` where the recording is long enough to have seen it
+  bool beyond = false;           ///< from the tail fitted to the largest needs
+  std::int64_t exceedances = 0;  ///< of that tail
+  double shape = 0, shape_at_most = 0;  ///< of that tail
+  std::string refused;                  ///< why there is no such latency
+  Duration to_record;                   ///< how much more would do; 0: nobody can tell
+};
+
 /// The least latency of any path (remap/jump_bound.h), or of a map, whose velocity jump is at most `jump`.
 struct SizePath {
   double jump = 0;  ///< in mean slots
@@ -107,6 +120,7 @@ struct SizeStrategy {
   SizeUnseen all_unseen() const;
   SizeTrust trust;
   std::optional<SizeRate> rate;
+  std::optional<SizePer> per;
 };
 
 /// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/choose/sizing.md).
@@ -200,6 +214,7 @@ struct SizeRecord {
   double damping_N_s_per_m = 1;
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
+  std::optional<Duration> per;      ///< a span of time; the confidence is for it, too
   std::int64_t clean_segments = 0;  ///< how many segments, independent and without an underrun, would show the rate
   PauseParts pause;                 ///< the one that sets the pause bound
   SizeBounds held;
