@@ -13,7 +13,7 @@
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself
 #
 # evenstep_add_sizing(NAME name RECORDINGS folder [LATENCY time] [LEAD time] [RINGS samples forces] [MAP map]
-#                     [LABELS label...] [PROGRAM target] [OPTIONS option...])
+#                     [PER time [CONFIDENCE share]] [LABELS label...] [PROGRAM target] [OPTIONS option...])
 #
 # A ctest for each recording in `folder`: "sizing: name: folder/file". It passes if what the program has is enough for the
 # timing of the recording, at any phase of the device (`evenstep size --fits`). Its output says what would be, which hitch
@@ -22,6 +22,8 @@
 #   RECORDINGS  every file of the folder but *.md: timing.csv, lists of steps, files of profilers, scenarios. A file that is
 #               none of these is a test that fails. Recordings that are added later are found by the next build.
 #   LATENCY     such as "20 ms"; with LEAD, RINGS and MAP as in `--fits`. One of LATENCY, LEAD and RINGS must be given.
+#   PER         such as "1 h": enough for so long, with CONFIDENCE "95 %" (default) and one late segment at most (`--per`). It
+#               fails where the recording does not say.
 #   OPTIONS     further options of `evenstep size`: --sampling "1 kHz", --emission linear, --rate "1 %", --steps 15
 #
 # Both work after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or
@@ -115,9 +117,9 @@ macro(_evenstep_tests function usage folder program_given glob pattern)
 endmacro()
 
 function(evenstep_add_sizing)
-  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "NAME;RECORDINGS;LATENCY;LEAD;MAP;PROGRAM" "RINGS;LABELS;OPTIONS")
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "NAME;RECORDINGS;LATENCY;LEAD;MAP;PER;CONFIDENCE;PROGRAM" "RINGS;LABELS;OPTIONS")
   set(usage "evenstep_add_sizing(NAME name RECORDINGS folder [LATENCY time] [LEAD time] [RINGS samples forces] [MAP map] \
-[LABELS label...] [PROGRAM target] [OPTIONS option...])")
+[PER time [CONFIDENCE share]] [LABELS label...] [PROGRAM target] [OPTIONS option...])")
   if(NOT ARG_NAME OR NOT ARG_RECORDINGS OR NOT (ARG_LATENCY OR ARG_LEAD OR ARG_RINGS))
     message(FATAL_ERROR "evenstep_add_sizing: NAME, RECORDINGS, or all of LATENCY, LEAD and RINGS are missing; ${usage}")
   endif()
@@ -138,6 +140,12 @@ function(evenstep_add_sizing)
     endif()
   endforeach()
   list(JOIN fits ", " fits)
+  foreach(option IN ITEMS PER CONFIDENCE)
+    if(ARG_${option})
+      string(TOLOWER ${option} word)
+      list(APPEND ARG_OPTIONS --${word} "${ARG_${option}}")
+    endif()
+  endforeach()
   foreach(file IN LISTS files)
     file(RELATIVE_PATH name "${base}" "${file}")
     add_test(NAME "sizing: ${ARG_NAME}: ${name}" WORKING_DIRECTORY "${base}"

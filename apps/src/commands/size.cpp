@@ -26,7 +26,7 @@ struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
   std::vector<std::string> what_if, split, budget, pace, own_lane;
-  std::string sampling, step_size, emission, damping, rate, confidence, fits, junit, figure, report, timing, seeds;
+  std::string sampling, step_size, emission, damping, rate, confidence, per, fits, junit, figure, report, timing, seeds;
   PartArguments part;
   bool json = false, other_maps = false, adaptive = false, spread = false;
   RecordingArguments recording;
@@ -34,13 +34,18 @@ struct SizeArguments {
 
 /// --rate and --confidence; false on an error, which is then printed.
 bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
-  if (arguments.rate.empty() && !arguments.confidence.empty()) {
-    print({{"--confidence", 0, 0, "goes with --rate, which says of what; for example --rate \"0.1 %\""}});
+  if (arguments.rate.empty() && arguments.per.empty() && !arguments.confidence.empty()) {
+    print({{"--confidence", 0, 0, "goes with --rate or --per, which say of what; for example --rate \"0.1 %\""}});
     return false;
   }
-  if (arguments.rate.empty()) return true;
-  options.rate = share("--rate", arguments.rate);
-  if (!options.rate || arguments.confidence.empty()) return options.rate.has_value();
+  if (!arguments.rate.empty() && !(options.rate = share("--rate", arguments.rate))) return false;
+  if (!arguments.per.empty()) {
+    const std::optional<double> span = above_zero("--per", arguments.per, Dimension::time, "h");
+    if (!span) return false;
+    constexpr double kLongest = 9e9;  // s, what fits into 64 bits of ns
+    options.per = Duration{static_cast<std::int64_t>(std::min(*span, kLongest) * 1e9)};
+  }
+  if (arguments.confidence.empty()) return true;
   const std::optional<double> confidence = share("--confidence", arguments.confidence);
   options.confidence = confidence.value_or(options.confidence);
   return confidence.has_value();
@@ -133,6 +138,7 @@ std::string again(const SizeArguments& arguments) {
   option("--damping", arguments.damping);
   option("--rate", arguments.rate);
   option("--confidence", arguments.confidence);
+  option("--per", arguments.per);
   option("--fits", arguments.fits);
   command += recording_words(arguments.recording);
   if (arguments.other_maps) command += " --other-maps";
@@ -220,13 +226,14 @@ std::string seeds_objection(const SizeArguments& arguments) {
     return "--seeds belongs to a scenario (*.toml); a recording has one timing";
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
-                     !arguments.step_size.empty() || !arguments.fits.empty() || arguments.adaptive || arguments.spread ||
+                     !arguments.step_size.empty() || !arguments.per.empty() || !arguments.fits.empty() || arguments.adaptive ||
+                     arguments.spread ||
                      !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
   return other || what_if
-             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, --fits, "
+             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, --per, --fits, "
                "what-ifs and what belongs to a recording"
              : "";
 }
@@ -312,7 +319,8 @@ void add_size(Commands& commands) {
       "of a recording: what a step simulates, \"11.1 ms\" or \"90 Hz\": whether steps follow a clock of their own");
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
-  command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.option("--per", arguments.per, "\"1 h\": what latency has one late segment in so long at most, or --rate of them");
+  command.option("--confidence", arguments.confidence, "how sure the rate or the span is to be, \"95 %\" (default)");
   command.option("--fits", arguments.fits,
                  "\"latency 20 ms, lead 2 ms, rings 64 32, map clocked\": whether what your program has is enough; else "
                  "exit 1");

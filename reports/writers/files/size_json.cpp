@@ -48,7 +48,7 @@ Json json_of(const SizeRateNeed& need) {
   return {{"latency_ns", need.latency.ns},
           {"lead_ns", need.lead.ns},
           {"underrun_segments", need.underruns},
-          {"rate_at_most", json_number(need.rate_at_most)}};
+          {"rate_at_most", need.rate_at_most ? json_number(*need.rate_at_most) : Json()}};
 }
 
 Json json_of(const SizeRate& rate) {
@@ -56,8 +56,46 @@ Json json_of(const SizeRate& rate) {
               {"allowed_segments", rate.allowed},
               {"any_phase", json_of(rate.any_phase)},
               {"this_phase", json_of(rate.this_phase)},
-              {"long_enough", rate.sure.has_value()}};
+              {"segments_needed", rate.segments_needed},
+              {"sure", nullptr}};
   if (rate.sure) out["sure"] = json_of(*rate.sure);
+  return out;
+}
+
+Json json_of(const SizeUnseen& unseen) {
+  return {{"sized_segments", unseen.sized},  {"played_segments", unseen.played},
+          {"from_ns", unseen.from.ns},       {"latency_ns", unseen.latency.ns},
+          {"lead_ns", unseen.lead.ns},       {"late_segments", unseen.late},
+          {"late_by_ns", unseen.late_by.ns}, {"missing_by_ns", unseen.missing_by.ns}};
+}
+
+Json json_of(const SizePer& per) {
+  Json out = {{"rate", json_number(per.rate)}};
+  if (!per.refused.empty()) {
+    out["refused"] = per.refused;
+    out["to_record_ns"] = per.to_record.ns;
+    return out;
+  }
+  out["latency_ns"] = per.latency.ns;
+  out["lead_ns"] = per.lead.ns;
+  out["likely_latency_ns"] = per.likely_latency.ns;
+  if (per.beyond)
+    out["tail"] = {{"exceedances", per.exceedances},
+                   {"shape", json_number(per.shape)},
+                   {"shape_at_most", json_number(per.shape_at_most)}};
+  return out;
+}
+
+Json json_of(const SizeTrust& trust) {
+  Json out = {{"segments", trust.segments},
+              {"alike", json_number(trust.alike)},
+              {"effective_segments", trust.effective()},
+              {"block_segments", trust.block},
+              {"one_process", trust.tested ? Json(!trust.change) : Json()}};
+  if (trust.change) {
+    out["change_segment"] = trust.change->segment;
+    out["change_ns"] = trust.change->from.ns;
+  }
   return out;
 }
 
@@ -72,6 +110,10 @@ Json json_of(const SizeStrategy& strategy) {
   out["velocity_jump"] = strategy.jump_seen ? json_number(strategy.velocity_jump) : Json(nullptr);
   if (strategy.path) out["any_path_at_this_jump_ns"] = strategy.path->latency.ns;
   put_need(out, strategy.any_phase);
+  out["unseen"] = Json::array();
+  for (const SizeUnseen& one : strategy.unseen) out["unseen"].push_back(json_of(one));
+  out["trust"] = json_of(strategy.trust);
+  if (strategy.per) out["per"] = json_of(*strategy.per);
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);
   return out;
 }
@@ -144,7 +186,12 @@ Json json_of(const SizeWhatIf& one) {
 }
 
 Json json_of(const SizeFit& fit) {
-  Json out = {{"map", fit.map}, {"fits", fit.fits()}, {"needed_latency_ns", fit.needed_latency.ns}};
+  Json out = {{"map", fit.map}, {"fits", fit.fits()}};
+  if (!fit.unknown.empty()) {
+    out["unknown"] = fit.unknown;
+    return out;
+  }
+  out["needed_latency_ns"] = fit.needed_latency.ns;
   if (fit.latency) out["latency_ns"] = fit.latency->ns;
   out["needed_lead_ns"] = fit.needed_lead.ns;
   if (fit.lead) out["lead_ns"] = fit.lead->ns;
@@ -174,6 +221,10 @@ std::string size_json(const SizeRecord& record) {
     out["rate"] = json_number(*record.rate);
     out["confidence"] = json_number(record.confidence);
     out["clean_segments_needed"] = record.clean_segments;
+  }
+  if (record.per) {
+    out["per_ns"] = record.per->ns;
+    out["confidence"] = json_number(record.confidence);
   }
   out["longest_pause"] = evenstep::json_of(record.pause);
   put_bounds(out, record.held, "");

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "evenstep/reports/size_record.h"
 #include "size_conclusion.h"
 
@@ -144,28 +146,81 @@ std::string cycle_text(const SizeRecord& record) {
   return out + ".\n";
 }
 
+/// How the sizes of the first parts did on the parts after them.
+std::string unseen(const SizeRecord& record) {
+  std::string out;
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (strategy.unseen.empty()) continue;
+    const SizeUnseen all = strategy.all_unseen();
+    const auto parts =
+        std::count_if(strategy.unseen.begin(), strategy.unseen.end(), [](const auto& one) { return one.late > 0; });
+    out += fmt::format("  {:<13} {:>18} {:>9.3g} {:>14} {:>18.6f} {:>22.6f}\n", strategy.name,
+                       fmt::format("{} of {}", all.late, all.played),
+                       100 * static_cast<double>(all.late) / static_cast<double>(all.played),
+                       fmt::format("{} of {}", parts, strategy.unseen.size()), ms(all.late_by), ms(all.missing_by));
+  }
+  if (out.empty())
+    return fmt::format("\n  Too short to be sized on a part and played on the next: that takes {} segments.\n",
+                       kLeastUnseen);
+  return fmt::format(
+             "\n  Sized on the first 1 to 5 sixths, and played on the sixth after them, which that size has not seen\n"
+             "  {:<13} {:>18} {:>9} {:>14} {:>18} {:>22}\n",
+             "", "late segments", "%", "in parts", "force late by, ms", "sample missing by, ms") +
+         out;
+}
+
 std::string rate_row(const std::string& name, const SizeRateNeed& need) {
-  return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>13.3g} %\n", name, ms(need.latency), ms(need.lead),
-                     need.underruns, 100 * need.rate_at_most);
+  return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>15}\n", name, ms(need.latency), ms(need.lead), need.underruns,
+                     need.rate_at_most ? fmt::format("{:.3g} %", 100 * *need.rate_at_most) : "-");
+}
+
+/// The row of the latency that keeps the rate for sure, or why there is none.
+std::string sure_row(const SizeRecord& record, const SizeStrategy& strategy) {
+  const std::string name = fmt::format("  {:.6g} % sure", 100 * record.confidence);
+  if (strategy.rate->sure) return rate_row(name, *strategy.rate->sure);
+  const SizeTrust& trust = strategy.trust;
+  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, internal::not_one_process(trust));
+  return fmt::format(
+      "  {:<13} nothing: too short, {} segments say as much as {} independent ones; {} without any underrun are needed\n",
+      name, trust.segments, trust.effective(), strategy.rate->segments_needed);
+}
+
+/// The latencies for a span of time.
+std::string per(const SizeRecord& record) {
+  std::string out = fmt::format("\n  For {:.6g} s, {:.6g} % sure: at most one segment late in so long{}, on average\n",
+                                seconds(*record.per), 100 * record.confidence,
+                                record.rate ? fmt::format(", or {:.6g} %", 100 * *record.rate) : "");
+  out += fmt::format("  {:<13} {:>13} {:>13} {:>16}\n", "", "latency, ms", "lead, ms", "most likely, ms");
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (!strategy.per) continue;
+    const SizePer& one = *strategy.per;
+    if (!one.refused.empty()) {
+      const std::string why = strategy.trust.one_process() ? one.refused : internal::not_one_process(strategy.trust);
+      out += fmt::format("  {:<13} nothing: {}{}\n", strategy.name, why,
+                         one.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(one.to_record)) : "");
+      continue;
+    }
+    out += fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>16.6f}   {}\n", strategy.name, ms(one.latency), ms(one.lead),
+                       ms(one.likely_latency),
+                       one.beyond ? fmt::format("beyond what was seen: tail of {}, shape {:.2f}, at most {:.2f}",
+                                                one.exceedances, one.shape, one.shape_at_most)
+                                  : "seen");
+  }
+  return out;
 }
 
 std::string rates(const SizeRecord& record) {
-  const double percent = 100 * *record.rate, sure = 100 * record.confidence;
-  std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", percent);
+  std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", 100 * *record.rate);
   out += fmt::format("  {:<13} {:>13} {:>13} {:>10} {:>15}\n", "", "latency, ms", "lead, ms", "segments",
-                     fmt::format("rate at {:.6g} %", sure));
+                     fmt::format("rate at {:.6g} %", 100 * record.confidence));
   for (const SizeStrategy& strategy : record.strategies) {
     if (!strategy.rate) continue;
-    const SizeRate& rate = *strategy.rate;
-    out += rate_row(strategy.name, rate.any_phase) + rate_row("  this phase", rate.this_phase);
-    out += rate.sure ? rate_row(fmt::format("  {:.6g} % sure", sure), *rate.sure)
-                     : fmt::format(
-                           "    too short to be {:.6g} % sure of that: {} segments; {} without any underrun are "
-                           "needed\n",
-                           sure, rate.segments, record.clean_segments);
+    out += rate_row(strategy.name, strategy.rate->any_phase) + rate_row("  this phase", strategy.rate->this_phase) +
+           sure_row(record, strategy);
   }
   return out +
-         "  The last column is the upper bound of Clopper and Pearson on the true rate; segments count as independent.\n";
+         "  The last column is an upper bound on the true rate of the process recorded. It knows that late segments come\n  "
+         "together, and that lead and latency were chosen by the segments that judge them.\n";
 }
 
 }  // namespace
@@ -175,10 +230,10 @@ std::string size_rates_text(const SizeRecord& record) {
 }
 
 std::string size_text(const SizeRecord& record) {
-  return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.clock ? clock_text(*record.clock) : "") + (record.cycle ? cycle_text(record) : "") +
-         internal::hitches_text(record) + internal::what_if_text(record) + internal::conclusion_text(record) +
-         internal::fit_text(record);
+  return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
+         (record.per ? per(record) : "") + culprits(record) + (record.clock ? clock_text(*record.clock) : "") +
+         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
+         internal::conclusion_text(record) + internal::fit_text(record);
 }
 
 }  // namespace evenstep

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "evenstep/reports/json.h"
 
@@ -112,6 +113,21 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   return out + fmt::format("  Mend first {}: that alone leaves {:.6f} ms.\n", these, ms(alone(*best)));
 }
 
+/// What the size is worth for the next recording.
+std::string unseen(const SizeStrategy& use) {
+  if (use.unseen.empty()) return "";
+  const SizeUnseen all = use.all_unseen();
+  const std::string change =
+      use.trust.change ? "  No confidence is given: " + internal::not_one_process(use.trust) + "\n" : "";
+  if (all.late == 0) return "  Sized on its first parts, it is never late in the parts after them.\n" + change;
+  return change + fmt::format(
+                      "  Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to "
+                      "{:.4g} ms:\n  "
+                      "expect the like of the next recording.\n",
+                      100 * static_cast<double>(all.late) / static_cast<double>(all.played),
+                      ms(std::max(all.late_by, all.missing_by)));
+}
+
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
   std::string out =
       fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency), ms(use.lead));
@@ -124,6 +140,18 @@ std::string tables(const SizeRecord& record, const SizeStrategy& use) {
 }
 
 }  // namespace
+
+SizeUnseen SizeStrategy::all_unseen() const {
+  SizeUnseen all;
+  for (const SizeUnseen& one : unseen) {
+    const SizeUnseen before = std::exchange(all, one);
+    all.played += before.played;
+    all.late += before.late;
+    all.late_by = std::max(all.late_by, before.late_by);
+    all.missing_by = std::max(all.missing_by, before.missing_by);
+  }
+  return all;
+}
 
 bool SizeHitches::regular(Duration segment) const {
   const Duration slack{median_between.ns / kAlikePart + segment.ns};
@@ -161,6 +189,7 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record) {
 std::string lacking(const SizeRecord& record) {
   const SizeFit& fit = *record.fit;
   if (fit.fits()) return "";
+  if (!fit.unknown.empty()) return fmt::format("what {} needs for so long cannot be known: {}", fit.map, fit.unknown);
   std::string out;
   const auto time = [&](const char* what, const std::optional<Duration>& has, Duration needed) {
     if (has.value_or(needed) < needed)
@@ -191,6 +220,7 @@ std::string fit_text(const SizeRecord& record) {
   if (!record.fit) return "";
   const SizeFit& fit = *record.fit;
   std::string out = fmt::format("\n  Does it fit? ({})\n", fit.map);
+  if (!fit.unknown.empty()) return out + "  nobody can say\nDOES NOT FIT\n";
   const auto row = [&](const char* what, const std::string& has, const std::string& needed, bool enough) {
     out += fmt::format("  {:<13} {:>16} {:>16} {:>4}\n", what, has, needed, enough ? "yes" : "no");
   };
@@ -206,6 +236,11 @@ std::string fit_text(const SizeRecord& record) {
   ring("samples", fit.samples, fit.needed_samples);
   ring("forces", fit.forces, fit.needed_forces);
   return out + (fit.fits() ? "FITS\n" : "DOES NOT FIT\n");
+}
+
+std::string not_one_process(const SizeTrust& trust) {
+  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
+  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
 }
 
 std::string hitches_text(const SizeRecord& record) {
@@ -235,7 +270,7 @@ std::string conclusion_text(const SizeRecord& record) {
              "device. The loop\n  carries {}.\n",
              use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
          (pause.empty() ? "" : "  " + pause + "\n") + worth(record, *use) + blame(record, *use) + compared(record, *use) +
-         tables(record, *use);
+         unseen(*use) + tables(record, *use);
 }
 
 }  // namespace internal

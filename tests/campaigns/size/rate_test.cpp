@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "evenstep/harness/underrun_rate.h"
-#include "evenstep/reports/rate_bound.h"
 #include "src/size/rate.h"
+#include "src/size/trust.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -103,39 +103,28 @@ TEST_CASE("the latency for a rate at any phase holds at every phase of the devic
   }
 }
 
-TEST_CASE("the most underruns that bound a rate are those of a search through all counts") {
-  for (const double rate : {0.001, 0.02, 0.3}) {
-    for (const double confidence : {0.5, 0.95, 0.999}) {
-      for (const std::int64_t segments : {1, 7, 58, 59, 299, 1000}) {
-        std::int64_t most = -1;
-        while (most + 1 < segments && rate_at_most(most + 1, segments, confidence) <= rate) ++most;
-        REQUIRE(most_underruns_for(rate, confidence, segments) == most);
-        REQUIRE((most >= 0) == (clean_segments(rate, confidence) <= segments));
-      }
-    }
-  }
-}
-
-TEST_CASE("a recording is sure of a rate only with as many clean segments as that takes and says so") {
-  const auto segments = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 60);  // the first acquires
+TEST_CASE("a recording is sure of a rate only with as many segments as that takes and says so") {
+  const ProgrammedTiming timing{.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5};
   SizeOptions options{.rate = 0.05, .confidence = 0.95};
-  const SizeRecord enough = size_segments(segments, "", options);
-  CHECK(enough.clean_segments == 59);  // 1 - 0.05^(1/59) = 4.95 %
-  REQUIRE(enough.strategies[1].rate);
-  const SizeRate& rate = *enough.strategies[1].rate;
-  CHECK(rate.segments == 59);
-  CHECK(rate.allowed == 2);
-  CHECK(rate.any_phase.rate_at_most == rate_at_most(rate.any_phase.underruns, 59, 0.95));
-  CHECK(rate.any_phase.latency < enough.strategies[1].any_phase.latency);
+  const SizeRecord enough = size_segments(play(timing, 601), "", options);  // the first acquires
+  CHECK(enough.clean_segments == 93);                                       // 0.95^93 + 93 * 0.05 * 0.95^92 = 4.996 %
+  const SizeStrategy& use = strategy(enough, "phase_locked");
+  REQUIRE(use.rate);
+  const SizeRate& rate = *use.rate;
+  CHECK(rate.segments == 600);
+  CHECK(rate.allowed == 30);
+  CHECK(rate.any_phase.rate_at_most == chosen_rate_at_most(rate.any_phase.underruns, 600, use.trust.alike, 0.95));
+  CHECK(rate.any_phase.latency < use.any_phase.latency);
+  REQUIRE(use.trust.one_process());
   REQUIRE(rate.sure);
-  CHECK(rate.sure->underruns == 0);
-  CHECK(rate.sure->rate_at_most <= 0.05);
-  CHECK(rate.sure->latency == enough.strategies[1].any_phase.latency);
-  CHECK_THAT(size_text(enough), Contains("95 % sure"));
-  const auto shorter = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 59);
-  const SizeRecord few = size_segments(shorter, "", options);
-  CHECK_FALSE(few.strategies[1].rate->sure);
-  CHECK_THAT(size_text(few), Contains("too short to be 95 % sure of that: 58 segments; 59 without any underrun are needed"));
-  CHECK_THAT(size_json(few), Contains("\"clean_segments_needed\":59") && Contains("\"long_enough\":false"));
-  CHECK_FALSE(size_segments(segments, "", {}).strategies[0].rate);
+  CHECK(rate.sure->underruns < rate.any_phase.underruns);
+  CHECK(rate.sure->latency > rate.any_phase.latency);
+  CHECK(*rate.sure->rate_at_most <= 0.05);
+  CHECK(chosen_rate_at_most(rate.sure->underruns + 1, 600, use.trust.alike, 0.95) > 0.05);
+  CHECK_THAT(size_text(enough), Contains("95 % sure") && !Contains("nothing:"));
+  const SizeRecord few = size_segments(play(timing, 75), "", options);
+  CHECK_FALSE(strategy(few, "phase_locked").rate->sure);
+  CHECK_THAT(size_text(few), Contains("95 % sure   nothing: too short, 74 segments say as much as"));
+  CHECK_THAT(size_json(few), Contains("\"clean_segments_needed\":93") && Contains("\"sure\":null"));
+  CHECK_FALSE(size_segments(play(timing, 75), "", {}).strategies[0].rate);
 }

@@ -56,7 +56,7 @@ const SizeWhatIf::Map& phase_locked(const SizeWhatIf& row) {
 }
 
 /// What a schedule needs of `paper` and of `phase_locked`, at any phase of 1 kHz with held forces, and its pause bound, ns.
-std::array<std::int64_t, 3> needs_of(const std::vector<SegmentTiming>& segments) {
+std::array<std::int64_t, 3> split_needs_of(const std::vector<SegmentTiming>& segments) {
   std::int64_t steps = 0;
   RealTime first = segments.front().begin, last, end;
   for (const SegmentTiming& segment : segments) {
@@ -100,7 +100,7 @@ void check_split_and_spread(std::uint64_t first, std::uint64_t count) {
       const auto timing = make_governed_timing(make_programmed_timing(programmed), governor, grid_period(programmed));
       std::vector<SegmentTiming> segments(40 * governor.split);
       for (SegmentTiming& segment : segments) timing->next(segment);
-      return needs_of(segments);
+      return split_needs_of(segments);
     };
     const int parts = 2 + static_cast<int>(random.below(5, 4));
     const auto both = needs({.split = parts, .spread = true}), split = needs({.split = parts}),
@@ -312,7 +312,7 @@ TEST_CASE("of a recording that waits split and spread together are never worse t
       std::size_t before = 0;
       for (SegmentTiming segment; timing->next(segment); before += segment.steps.size())
         if (before >= from) segments.push_back(segment);
-      return needs_of(segments)[1];
+      return split_needs_of(segments)[1];
     };
     const std::int64_t slot = period->ns / static_cast<std::int64_t>(steps);
     const std::int64_t spread_later = need({.spread = true}, steps), spread = need({.spread = true}, 0);

@@ -77,9 +77,17 @@ SizeFit internal::fit_of(const SizeFits& has, const SizeRecord& record, const Ma
     return fit;
   }
   fit.map = map->name;
-  // Without underruns in a share of the segments that is allowed, if one is.
-  fit.needed_lead = map->rate ? map->rate->any_phase.lead : map->lead;
-  const Duration least = map->rate ? map->rate->any_phase.latency : map->any_phase.latency;
+  fit.needed_lead = map->lead;
+  Duration least = map->any_phase.latency;
+  if (map->per) {  // for a span of time, with the confidence asked for
+    fit.unknown = map->per->refused;
+    fit.needed_lead = map->per->lead;
+    least = map->per->latency;
+  } else if (map->rate) {  // but for the share of the segments that may underrun
+    fit.needed_lead = map->rate->any_phase.lead;
+    least = map->rate->any_phase.latency;
+  }
+  if (!fit.unknown.empty()) return fit;
   // The least latency is max(E - slot) + c, so another lead changes it by the same amount.
   const Duration lead = has.lead.value_or(fit.needed_lead);
   fit.needed_latency = least + (std::max(lead, fit.needed_lead) - fit.needed_lead);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "evenstep/reports/rate_bound.h"
+#include "trust.h"
 
 namespace evenstep::internal {
 
@@ -14,6 +14,7 @@ void SegmentNeeds::add(std::span<const MappedStep> steps) {
     running_.add(steps.subspan(from, i - from));
     end_segment();
     segment_ = steps[i].segment;
+    begin_ = steps[i].begin;
     from = i;
   }
   running_.add(steps.subspan(from));
@@ -21,7 +22,7 @@ void SegmentNeeds::add(std::span<const MappedStep> steps) {
 
 void SegmentNeeds::end_segment() {
   const LatencyBudget budget = running_.budget();
-  if (budget.latency_culprit >= 0) needs_.push_back({budget.lead, budget.latency - budget.lead});
+  if (budget.latency_culprit >= 0) needs_.push_back({budget.lead, budget.latency - budget.lead + ahead_, begin_});
   running_.restart_needs();
 }
 
@@ -59,18 +60,10 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
   return least;
 }
 
-std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments) {
-  std::int64_t fine = -1, too_many = segments;  // the bound grows with the underruns, and is 1 where all have one
-  while (too_many - fine > 1) {
-    const std::int64_t middle = fine + (too_many - fine) / 2;
-    (rate_at_most(middle, segments, confidence) <= rate ? fine : too_many) = middle;
-  }
-  return fine;
-}
-
 MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments) {
-  SegmentNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any);
-  SegmentNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one);
+  const Duration ahead = needed_ahead(setup, kind, setup.emission);
+  SegmentNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any, ahead);
+  SegmentNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one, ahead);
   each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> steps) {
     any.add(steps);
     here.add(steps);
@@ -86,18 +79,22 @@ std::int64_t allowed_underruns(double rate, std::int64_t segments) {
   return allowed;
 }
 
-SizeRate rate_of(const MapNeeds& needs, std::int64_t segments, double rate, double confidence) {
+SizeRate rate_of(const MapNeeds& needs, const SizeTrust& trust, double rate, double confidence) {
   const auto least = [&](const std::vector<SegmentNeed>& all, std::int64_t allowed) {
     const RateLatency found = least_latency_with_underruns(all, allowed);
-    return SizeRateNeed{found.latency, found.lead, found.underruns, rate_at_most(found.underruns, segments, confidence)};
+    SizeRateNeed need{found.latency, found.lead, found.underruns, {}};
+    if (trust.one_process())
+      need.rate_at_most = chosen_rate_at_most(found.underruns, trust.segments, trust.alike, confidence);
+    return need;
   };
   SizeRate out;
-  out.segments = segments;
-  out.allowed = allowed_underruns(rate, segments);
+  out.segments = trust.segments;
+  out.allowed = allowed_underruns(rate, trust.segments);
   out.any_phase = least(needs.any_phase, out.allowed);
   out.this_phase = least(needs.this_phase, out.allowed);
-  const std::int64_t sure = most_underruns_for(rate, confidence, segments);
-  if (sure >= 0) out.sure = least(needs.any_phase, sure);
+  out.segments_needed = chosen_segments_needed(rate, confidence, trust.alike);
+  const std::int64_t sure = most_chosen_underruns(rate, confidence, trust.segments, trust.alike);
+  if (sure >= 0 && trust.one_process()) out.sure = least(rounded_up(needs.any_phase), sure);
   return out;
 }
 

@@ -18,15 +18,17 @@
 namespace evenstep::internal {
 
 struct SegmentNeed {
-  Duration lead;   ///< a_k
-  Duration delay;  ///< b_k
+  Duration lead;        ///< a_k
+  Duration delay;       ///< b_k
+  RealTime begin = {};  ///< of its first mapped step
 };
 
 /// Collects the needs of the segments from mapped steps in order.
 class SegmentNeeds {
  public:
-  SegmentNeeds(std::span<const SamplingGrid> devices, Emission emission, RunningNeeds::Phase phase)
-      : running_(devices, emission, phase) {}
+  /// `ahead` is added to each delay: what the strategy needs beyond its map (harness/sizing.h).
+  SegmentNeeds(std::span<const SamplingGrid> devices, Emission emission, RunningNeeds::Phase phase, Duration ahead)
+      : running_(devices, emission, phase), ahead_(ahead) {}
   void add(std::span<const MappedStep> steps);
   /// Call once after the last step. Returns one entry per segment with a mapped step.
   std::vector<SegmentNeed> take();
@@ -35,8 +37,10 @@ class SegmentNeeds {
   void end_segment();
 
   RunningNeeds running_;
+  Duration ahead_;
   std::vector<SegmentNeed> needs_;
   std::int64_t segment_ = -1;
+  RealTime begin_;
 };
 
 struct RateLatency {
@@ -45,10 +49,6 @@ struct RateLatency {
 };
 /// 0 <= allowed < needs.size(). Among equal latencies it is the one with the largest lead.
 RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std::int64_t allowed);
-
-/// How many of `segments` segments may have an underrun so that the bound is not above `rate`; -1 if it is above even with
-/// none.
-std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments);
 
 /// The segments of a scenario's timing that begin within its run.
 std::vector<SegmentTiming> segments_of(const Scenario& scenario);
@@ -63,8 +63,8 @@ MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const Segm
 
 /// floor(rate * segments), without the error of the product.
 std::int64_t allowed_underruns(double rate, std::int64_t segments);
-/// The latencies for that rate. `segments` is how many there are; the needs may be those of a pool.
-SizeRate rate_of(const MapNeeds& needs, std::int64_t segments, double rate, double confidence);
+/// The latencies for that rate. The needs may be those of a pool; `trust` is in all segments.
+SizeRate rate_of(const MapNeeds& needs, const SizeTrust& trust, double rate, double confidence);
 
 /// Of many segments those that decide, when `allowed` of them may have an underrun: the allowed + 1 largest leads, and the
 /// allowed + 1 largest delays. The formula above looks at no others. So its memory is that of the underruns allowed, not of

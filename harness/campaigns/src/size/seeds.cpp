@@ -10,6 +10,7 @@
 #include "rate.h"
 #include "src/shards/json_parts.h"
 #include "src/shards/lines.h"
+#include "trust.h"
 
 namespace evenstep {
 namespace {
@@ -52,9 +53,12 @@ std::string seed_line(const std::string& path, const SizeSeedsOptions& options, 
   return internal::item_line(item, {{"seed", scenario->seed}, {"needs", needs}});
 }
 
-/// Of a map, over all lines of a file: how many segments, and those that decide.
+constexpr std::size_t kMostCorrelated = 1 << 16;  // segments that say how alike neighbours are
+
+/// Of a map, over all lines of a file: how many segments, the first of them, and those that decide.
 struct Pooled {
   std::int64_t segments = 0;
+  std::vector<SegmentNeed> first;
   std::optional<internal::NeedPool> any_phase, this_phase;
 };
 
@@ -76,7 +80,10 @@ void pool_all(const std::string& file, const SizeSeedsOptions& options, SizeReco
   std::vector<std::string> names;  // in the order of the lines
   each_map(file, [&](const std::string& map, const Json& needs) {
     if (maps.count(map) == 0) names.push_back(map);
-    maps[map].segments += static_cast<std::int64_t>(needs.at("any_phase").size() / 2);
+    Pooled& pooled = maps[map];
+    pooled.segments += static_cast<std::int64_t>(needs.at("any_phase").size() / 2);
+    if (pooled.first.size() < kMostCorrelated)
+      each_need(needs.at("any_phase"), [&](const SegmentNeed& need) { pooled.first.push_back(need); });
   });
   for (auto& [map, pooled] : maps) {
     const std::int64_t allowed = internal::allowed_underruns(options.rate, pooled.segments);
@@ -92,7 +99,9 @@ void pool_all(const std::string& file, const SizeSeedsOptions& options, SizeReco
     Pooled& pooled = maps.at(map);
     SizeStrategy strategy{map};
     const MapNeeds needs{pooled.any_phase->take(), pooled.this_phase->take()};
-    if (pooled.segments > 0) strategy.rate = internal::rate_of(needs, pooled.segments, options.rate, options.confidence);
+    // Seeds are draws of one process.
+    strategy.trust = {.segments = pooled.segments, .alike = internal::alike_segments(pooled.first), .tested = true};
+    if (pooled.segments > 0) strategy.rate = internal::rate_of(needs, strategy.trust, options.rate, options.confidence);
     record.segments = std::max(record.segments, pooled.segments);
     record.strategies.push_back(std::move(strategy));
   }
@@ -153,7 +162,7 @@ SizeSeedsOutcome size_seeds(const std::string& path, const SizeSeedsOptions& opt
   outcome.record.segments_from = "programmed";
   outcome.record.rate = options.rate;
   outcome.record.confidence = options.confidence;
-  outcome.record.clean_segments = internal::clean_segments(options.rate, options.confidence);
+  outcome.record.clean_segments = internal::chosen_segments_needed(options.rate, options.confidence, 1);
   pool_all(outcome.file, options, outcome.record);
   return outcome;
 }

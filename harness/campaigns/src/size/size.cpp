@@ -9,19 +9,20 @@
 #include <utility>
 
 #include "evenstep/harness/sizing.h"
-#include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/step_list.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_windows.h"
 #include "evenstep/remap/velocity_jump.h"
 #include "evenstep/reports/json.h"
-#include "evenstep/reports/rate_bound.h"
 #include "fits.h"
 #include "hitches.h"
 #include "mend.h"
 #include "own_clock.h"
+#include "per.h"
 #include "rate.h"
+#include "trust.h"
+#include "unseen.h"
 #include "what_if_rows.h"
 
 namespace evenstep {
@@ -90,7 +91,8 @@ class Sizer {
     record.damping_N_s_per_m = options_.damping_N_s_per_m;
     record.rate = options_.rate;
     record.confidence = options_.confidence;
-    if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
+    record.per = options_.per;
+    if (options_.rate) record.clean_segments = internal::chosen_segments_needed(*options_.rate, options_.confidence, 1);
     LongestPause pauses;
     for (const SegmentTiming& one : input_.segments)
       pauses.add_segment({one.begin, one.end}, one.visualization, one.steps, one.overlaps());
@@ -277,6 +279,8 @@ class Sizer {
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
     const Duration ahead = needed_ahead(input_.setup, kind, input_.setup.emission);
+    internal::SegmentNeeds any_of_segments(devices_, emission, RunningNeeds::Phase::any, ahead);
+    internal::SegmentNeeds here_of_segments(devices_, emission, RunningNeeds::Phase::this_one, ahead);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
@@ -284,6 +288,8 @@ class Sizer {
     each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
+      any_of_segments.add(steps);
+      if (options_.rate) here_of_segments.add(steps);
       jump.add(steps);
       std::size_t from = 0;
       for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -310,7 +316,14 @@ class Sizer {
     out.lead_culprit = least.lead_culprit;
     out.interaction_capacity = static_cast<std::int64_t>(any.interaction_capacity());
     out.force_capacity = force_capacity(kind, least);
-    if (options_.rate) out.rate = rate(kind);
+    const internal::MapNeeds needs{any_of_segments.take(), here_of_segments.take()};
+    out.unseen = internal::play_unseen(needs.any_phase);
+    out.trust = internal::trust_in(needs.any_phase);
+    if (options_.rate && !needs.any_phase.empty())
+      out.rate = internal::rate_of(needs, out.trust, *options_.rate, options_.confidence);
+    if (options_.per)
+      out.per =
+          internal::size_per(needs.any_phase, out.trust, *options_.per, options_.rate.value_or(0), options_.confidence);
     SizeNeed& need = out.any_phase;
     need.latency = least.latency;
     need.windows = windows_of(std::move(windows));
@@ -324,12 +337,6 @@ class Sizer {
       need.culprit.mended_latency = any.budget().latency + ahead;
     });
     return out;
-  }
-
-  std::optional<SizeRate> rate(StrategyKind kind) const {
-    const internal::MapNeeds needs = internal::needs_of(input_.setup, kind, input_.segments);
-    if (needs.any_phase.empty()) return std::nullopt;
-    return internal::rate_of(needs, std::ssize(needs.any_phase), *options_.rate, options_.confidence);
   }
 
   std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {

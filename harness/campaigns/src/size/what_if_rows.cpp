@@ -78,7 +78,7 @@ class Rows {
 
   SizeWhatIf::Map map_row(StrategyKind kind, std::span<const SegmentTiming> segments, const Extent& extent) const {
     RunningNeeds any(setup_.grids, setup_.emission, RunningNeeds::Phase::any);
-    SegmentNeeds rates(setup_.grids, setup_.emission, RunningNeeds::Phase::any);
+    SegmentNeeds rates(setup_.grids, setup_.emission, RunningNeeds::Phase::any, {});
     VelocityJump jump(extent.first + std::min(Duration{1'000'000'000}, Duration{(extent.end - extent.first).ns / 2}));
     each_mapped_step(setup_, kind, segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);

@@ -5,8 +5,8 @@
 /// Segments are counted instead of underruns: an underrun rarely comes alone, and everything within a segment counts as one
 /// event. If k of n segments have one or more underruns, the true rate p has an upper bound at the one-sided confidence C
 /// (Clopper and Pearson, Biometrika 26, 1934): the p at which k or fewer would occur with probability 1 - C. With k = 0 that
-/// is 1 - (1 - C)^(1/n), about 3/n at 95 %. Segments are treated as independent draws; delays that span several segments
-/// make the bound a little too optimistic.
+/// is 1 - (1 - C)^(1/n), about 3/n at 95 %. Segments are treated as independent draws: where late segments come together, D
+/// at a time, the bound holds for n / D of them (what `size` promises counts so).
 
 #include <cstdint>
 #include <string>

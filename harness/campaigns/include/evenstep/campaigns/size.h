@@ -24,12 +24,13 @@ struct SizeOptions {
   Emission emission = Emission::hold;  ///< a recording does not contain this either
   std::optional<double> rate;          ///< share of segments that may underrun, in (0, 1); the latency for it is found, too
   double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
-  double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
-  std::optional<Rate> step_size;       ///< of a recording, steps per second: whether its steps follow a clock of that
-  std::optional<SizeFits> fits;        ///< judged: whether that is enough
-  bool other_maps = false;             ///< also the maps that are there for comparison only
-  std::vector<WhatIf> what_ifs;        ///< each gives a row
-  bool adaptive = false;               ///< in these rows also a latency that adapts
+  std::optional<Duration> per;    ///< a span of time: the latency with which one segment in it is late, or `rate` of them
+  double damping_N_s_per_m = 1;   ///< of hand and device, for the stiffness that the closed loop allows
+  std::optional<Rate> step_size;  ///< of a recording, steps per second: whether its steps follow a clock of that
+  std::optional<SizeFits> fits;   ///< judged: whether that is enough
+  bool other_maps = false;        ///< also the maps that are there for comparison only
+  std::vector<WhatIf> what_ifs;   ///< each gives a row
+  bool adaptive = false;          ///< in these rows also a latency that adapts
 };
 
 struct SizeResult {

@@ -39,11 +39,37 @@ struct SizeNeed {
   double stiffness_limit_N_per_m = 0;  ///< damping / (h / 2 + total_delay)
 };
 
+/// Sized on the first part of the segments, played on the part after it (harness/campaigns/src/size/unseen.h).
+inline constexpr std::int64_t kLeastUnseen = 60;  ///< segments; fewer are not played so
+struct SizeUnseen {
+  std::int64_t sized = 0, played = 0;  ///< segments
+  RealTime from;                       ///< where the played ones begin
+  Duration latency, lead;              ///< of the sized ones
+  std::int64_t late = 0;               ///< of the played ones, those with an underrun
+  Duration late_by, missing_by;        ///< how late a force and a sample were at worst; 0: never
+};
+
+/// How much the segments of a recording say about the next ones (harness/campaigns/src/size/trust.h).
+struct SizeTrust {
+  std::int64_t segments = 0;
+  double alike = 1;  ///< D: so many segments count as one, because late ones come together
+  std::int64_t effective() const { return static_cast<std::int64_t>(static_cast<double>(segments) / alike); }
+  std::int64_t block = 1;  ///< segments in a block of the test for change
+  bool tested = false;     ///< false: too few blocks
+  struct Change {
+    std::int64_t segment = 0;  ///< the first one after it, counted from 0 over those that were sized
+    RealTime from;
+  };
+  std::optional<Change> change;  ///< the segments before and after are not of one process
+  bool one_process() const { return tested && !change; }
+};
+
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
   Duration latency, lead;
   std::int64_t underruns = 0;  ///< segments with an underrun at this latency and lead: as many as allowed, or fewer
-  double rate_at_most = 1;     ///< upper bound of Clopper and Pearson on the true rate, at the confidence asked for
+  /// Upper bound on the true rate at the confidence asked for (trust.h); empty if it is not one process.
+  std::optional<double> rate_at_most;
 };
 
 /// The latency that is needed if a given rate of segments may have an underrun.
@@ -52,8 +78,22 @@ struct SizeRate {
   std::int64_t allowed = 0;   ///< floor(rate * segments)
   SizeRateNeed any_phase, this_phase;
   /// At any phase, the least latency at which so few segments underrun that the upper bound is not above the rate; empty if
-  /// there are too few segments for that, even without underruns.
+  /// it is not one process, or too short.
   std::optional<SizeRateNeed> sure;
+  std::int64_t segments_needed = 0;  ///< for `sure`, of one process and all without an underrun
+};
+
+/// The latency with which a span of time, perhaps longer than the recording, has at most so many late segments on average
+/// (harness/campaigns/src/size/per.h).
+struct SizePer {
+  double rate = 0;               ///< the share of the segments that this is
+  Duration latency, lead;        ///< upper bound at the confidence asked for
+  Duration likely_latency;       ///< most likely; the same as `latency` where the recording is long enough to have seen it
+  bool beyond = false;           ///< from the tail fitted to the largest needs
+  std::int64_t exceedances = 0;  ///< of that tail
+  double shape = 0, shape_at_most = 0;  ///< of that tail
+  std::string refused;                  ///< why there is no such latency
+  Duration to_record;                   ///< how much more would do; 0: nobody can tell
 };
 
 /// The least latency of any path (remap/jump_bound.h), or of a map, whose velocity jump is at most `jump`.
@@ -75,7 +115,12 @@ struct SizeStrategy {
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
+  std::vector<SizeUnseen> unseen;  ///< at five places, in order; empty if there are too few segments
+  /// All five together: `late` and `played` are sums, `late_by` and `missing_by` the largest; the rest is of the last.
+  SizeUnseen all_unseen() const;
+  SizeTrust trust;
   std::optional<SizeRate> rate;
+  std::optional<SizePer> per;
 };
 
 /// Work that took clearly longer than usual, by about the same time: a kind of hitch (docs/choose/sizing.md).
@@ -144,15 +189,16 @@ struct SizeWhatIf {
 
 /// Whether what a program has is enough (evenstep size --fits).
 struct SizeFit {
-  std::string refused;  ///< why nobody can say; then the rest says nothing
+  std::string refused;  ///< why the question has no meaning here; then the rest says nothing
   std::string map;
+  std::string unknown;  ///< why nobody can say what a span of time needs; then it does not fit, and the rest says nothing
   std::optional<Duration> latency, lead;        ///< what the program has
   std::optional<std::int64_t> samples, forces;  ///< entries of its rings
   Duration needed_latency;                      ///< with the program's lead, if that is enough; else with the least
   Duration needed_lead;
   std::int64_t needed_samples = 0, needed_forces = 0;  ///< with the latency and lead above
   bool fits() const {
-    return refused.empty() && latency.value_or(needed_latency) >= needed_latency &&
+    return refused.empty() && unknown.empty() && latency.value_or(needed_latency) >= needed_latency &&
            lead.value_or(needed_lead) >= needed_lead && samples.value_or(needed_samples) >= needed_samples &&
            forces.value_or(needed_forces) >= needed_forces;
   }
@@ -185,7 +231,8 @@ struct SizeRecord {
   double damping_N_s_per_m = 1;
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
-  std::int64_t clean_segments = 0;  ///< how many segments, all without an underrun, would prove the rate
+  std::optional<Duration> per;      ///< a span of time; the confidence is for it, too
+  std::int64_t clean_segments = 0;  ///< how many segments, independent and without an underrun, would show the rate
   PauseParts pause;                 ///< the one that sets the pause bound
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated

@@ -1,0 +1,97 @@
+// The latency for a span of time: upper bounds on quantiles that are known, in simulated recordings.
+#include "src/size/per.h"
+
+#include "processes.h"
+#include "src/size/tail.h"
+#include "src/size/trust.h"
+#include "traces.h"
+
+using namespace evenstep;
+using namespace evenstep::internal;
+using namespace evenstep::testing;
+using Catch::Contains;
+
+namespace {
+
+struct Coverage {
+  int given = 0, kept = 0, heavy = 0, changed = 0;
+};
+
+/// Recordings of `length` segments of 1 ns each, sized for `times` as long.
+Coverage coverage(const Process& process, std::size_t length, double times, int recordings) {
+  Draws draws(21);
+  Coverage out;
+  for (int i = 0; i < recordings; ++i) {
+    const std::vector<SegmentNeed> needs = needs_of(std::vector<double>(length, 0.0), process.draw(draws, length));
+    const SizeTrust trust = trust_in(needs);
+    const Duration span{static_cast<std::int64_t>(times * static_cast<double>(length))};
+    const SizePer per = size_per(needs, trust, span, 0, 0.95);
+    out.changed += trust.one_process() ? 0 : 1;
+    out.heavy += per.refused == "its tail is too heavy" ? 1 : 0;
+    if (!per.refused.empty()) continue;
+    ++out.given;
+    out.kept += process.above(value_of(per.latency)) <= per.rate ? 1 : 0;
+  }
+  return out;
+}
+
+/// At least `least` of those given are kept, less three standard deviations of that many draws.
+void check(const Process& process, double times, int recordings, int least_given) {
+  const Coverage found = coverage(process, 2000, times, recordings);
+  UNSCOPED_INFO(process.name << " times " << times << ": " << found.kept << " of " << found.given << " kept, " << found.heavy
+                             << " too heavy, " << found.changed << " taken for a change");
+  CHECK(found.given >= least_given);
+  const double n = found.given;
+  CHECK(found.kept >= 0.9 * n - 3 * std::sqrt(0.09 * n));
+}
+
+}  // namespace
+
+TEST_CASE("the latency for a span keeps its promise in nine of ten recordings and more of each process") {
+  for (const Process& process : processes()) check(process, 20, 60, 30);
+}
+
+TEST_CASE("a thousand recordings of each process keep the promise for spans of once to a hundred times their length",
+          "[long]") {
+  for (const Process& process : processes()) {
+    for (const double times : {1.0, 10.0, 100.0}) {
+      check(process, times, 1000, 500);
+    }
+  }
+}
+
+TEST_CASE("within what was seen the latency for a span is that of the rate") {
+  Draws draws(3);
+  const Process process = log_normal("", 0);
+  const std::vector<SegmentNeed> needs = needs_of(process.draw(draws, 2000), process.draw(draws, 2000));
+  const SizeTrust trust = trust_in(needs);
+  REQUIRE(trust.one_process());
+  const SizePer per = size_per(needs, trust, {2000}, 0.01, 0.95);  // a segment takes 1 ns
+  REQUIRE(per.refused.empty());
+  CHECK_FALSE(per.beyond);
+  CHECK(per.rate == Approx(0.01).margin(1e-5));
+  const std::int64_t allowed = most_chosen_underruns(per.rate, 0.95, 2000, trust.alike);
+  CHECK(per.latency == least_latency_with_underruns(rounded_up(needs), allowed).latency);
+}
+
+TEST_CASE("no latency is given for a span if the tail is too heavy or the recording too short or changing") {
+  const Process heavy = pareto("", 1.0);
+  const Coverage found = coverage(heavy, 2000, 20, 40);
+  CHECK(found.heavy >= 30);
+  SizeOptions options;
+  options.per = Duration{3'600'000 * ms};
+  const ProgrammedTiming timing{.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5};
+  const SizeRecord few = size_segments(play(timing, 120), "", options);
+  const SizePer& per = *strategy(few, "phase_locked").per;
+  CHECK(per.refused == "too short for a tail");
+  CHECK(seconds(per.to_record) > 4);  // 180 segments of 33 ms, and more where neighbours are alike
+  CHECK_THAT(size_text(few), Contains("For 3600 s, 95 % sure") && Contains("nothing: too short for a tail; "));
+  CHECK_THAT(size_json(few), Contains("\"refused\":\"too short for a tail\"") && Contains("\"per_ns\":3600000000000"));
+  const SizeRecord enough = size_segments(play(timing, 1500), "", options);
+  const SizeStrategy& use = strategy(enough, "phase_locked");
+  REQUIRE(use.per->refused.empty());
+  CHECK(use.per->beyond);
+  CHECK(use.per->latency > use.any_phase.latency);
+  CHECK(use.per->likely_latency < use.per->latency);
+  CHECK_THAT(size_text(enough), Contains("beyond what was seen: tail of"));
+}
