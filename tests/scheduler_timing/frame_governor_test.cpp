@@ -86,14 +86,14 @@ std::vector<Interval> steps_of(const std::vector<SegmentTiming>& segments) {
   return out;
 }
 
-/// What a simulator with a timer of `period` does: `length` segments of 1 to 20 steps (all the same number, or any), which
+/// What a simulator with a timer of `period` does: `segments` segments of 1 to 20 steps (all the same number, or any), which
 /// wait for their turn or begin late. Drawings take their share of the period, and one in ten up to two periods more. `fit`:
 /// no step is longer than its slot; otherwise one in a hundred takes up to a period. `jitter`: of the turns, in 1/1000.
 struct Paced {
   Duration period;
   std::vector<SegmentTiming> segments;
 };
-Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0, std::int64_t length = 12) {
+Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0, std::int64_t segments = 12) {
   const RandomStream random(seed, "governor.spread");
   std::uint64_t draw = 0;
   const auto below = [&](std::int64_t bound) {
@@ -103,7 +103,7 @@ Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0, std
   const std::int64_t period = out.period.ns, most = 1 + below(20), share = 1 + below(90), drawing = below(60);
   const bool varies = below(2) == 0;
   RealTime busy;
-  for (std::int64_t k = 0; k < length; ++k) {
+  for (std::int64_t k = 0; k < segments; ++k) {
     const std::int64_t off = jitter > 0 ? below(period * static_cast<std::int64_t>(jitter) / 1000 + 1) : 0;
     SegmentTiming segment;
     segment.index = k;
@@ -116,9 +116,9 @@ Paced paced_schedule(std::uint64_t seed, bool fit, std::uint64_t jitter = 0, std
     const std::int64_t steps = varies ? 1 + below(most) : most;
     for (std::int64_t i = 0; i < steps; ++i) {
       const bool hit = !fit && below(100) == 0;
-      const Duration length{1 + below(hit ? period : std::max<std::int64_t>(period * share / 100 / steps, 1))};
-      segment.steps.push_back({at, at + length});
-      at = at + length;
+      const Duration run_time{1 + below(hit ? period : std::max<std::int64_t>(period * share / 100 / steps, 1))};
+      segment.steps.push_back({at, at + run_time});
+      at = at + run_time;
     }
     segment.end = busy = at;
     out.segments.push_back(segment);
@@ -198,9 +198,9 @@ std::vector<std::int64_t> pauses_ms(const std::vector<SegmentTiming>& segments) 
 }
 
 /// Half of them with steps of any length, half with steps that fit their slots.
-void check_split_and_spread(std::uint64_t first, std::uint64_t count) {
+void check_split_and_spread(std::uint64_t first, std::uint64_t schedules) {
   std::int64_t later_than_split = 0, later_than_spread = 0, early = 0, needs_more = 0, wins = 0;
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+  for (std::uint64_t seed = first; seed < first + schedules; ++seed) {
     const bool fit = seed % 2 == 0;
     const auto [period, source] = paced_schedule(seed, fit);
     const int parts = 2 + static_cast<int>(seed / 2 % 5);
@@ -234,7 +234,7 @@ void check_split_and_spread(std::uint64_t first, std::uint64_t count) {
   CHECK(later_than_split == 0);
   CHECK(later_than_spread == 0);
   CHECK(needs_more == 0);
-  CHECK(wins > static_cast<std::int64_t>(count / 2));
+  CHECK(wins > static_cast<std::int64_t>(schedules / 2));
 }
 
 }  // namespace

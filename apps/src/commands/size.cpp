@@ -226,16 +226,15 @@ std::string seeds_objection(const SizeArguments& arguments) {
     return "--seeds belongs to a scenario (*.toml); a recording has one timing";
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
-                     !arguments.step_size.empty() || !arguments.per.empty() || !arguments.fits.empty() || arguments.adaptive ||
-                     arguments.spread ||
-                     !recording_words(arguments.recording).empty();
+                     !arguments.step_size.empty() || !arguments.per.empty() || !arguments.fits.empty() ||
+                     arguments.adaptive || arguments.spread || !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
-  return other || what_if
-             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, --per, --fits, "
-               "what-ifs and what belongs to a recording"
-             : "";
+  return other || what_if ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, "
+                            "--damping, --per, --fits, "
+                            "what-ifs and what belongs to a recording"
+                          : "";
 }
 
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {

@@ -95,6 +95,27 @@ TEST_CASE("what does not fit says by how much and which hitch to mend, and a sha
   CHECK_THAT(size_text(some), Catch::EndsWith("\nFITS\n"));
 }
 
+TEST_CASE("for a span of time it must be enough with the confidence asked for, and where nobody knows it does not fit") {
+  const std::string file = std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/timing/latency-adaptive-jitter.toml";
+  const ReadResult scenario = read_scenario(file);
+  REQUIRE(scenario);
+  SizeOptions options;
+  options.per = Duration{3600 * 1000 * ms};
+  options.fits = *parse_fits("latency 100 ms, map phase_locked");
+  const SizeRecord record = size_scenario(*scenario, options).record;
+  const SizePer& per = *strategy(record, "phase_locked").per;
+  REQUIRE(per.refused.empty());
+  CHECK(record.fit->needed_latency == per.latency);
+  CHECK(record.fit->fits());
+  CHECK(per.latency > strategy(record, "phase_locked").any_phase.latency);
+  const std::vector<SegmentTiming> segments = play({.segment = {30, 1}, .visualization = {11'100'000}, .steps = {15}}, 20);
+  const SizeRecord nobody = with(segments, "latency 1 s, map phase_locked", {.per = options.per});
+  CHECK(!nobody.fit->fits());
+  CHECK_THAT(lacking(nobody), Contains("what phase_locked needs for so long cannot be known: "));
+  CHECK_THAT(size_text(nobody), Contains("nobody can say") && Catch::EndsWith("DOES NOT FIT\n"));
+  CHECK_THAT(size_json(nobody), Contains("\"unknown\":"));
+}
+
 TEST_CASE("what cannot be judged is refused: a map that was not sized, and a timing in which no map has slots") {
   const std::vector<SegmentTiming> segments = play({.segment = {30, 1}, .visualization = {11'100'000}, .steps = {15}}, 20);
   CHECK_THAT(with(segments, "latency 1 s, map jack_dll").fit->refused, Contains("was not sized, but paper, phase_locked"));

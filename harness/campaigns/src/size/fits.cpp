@@ -81,6 +81,8 @@ SizeFit internal::fit_of(const SizeFits& has, const SizeRecord& record, const Ma
   Duration least = map->any_phase.latency;
   if (map->per) {  // for a span of time, with the confidence asked for
     fit.unknown = map->per->refused;
+    if (map->per->to_record.ns > 0)
+      fit.unknown += fmt::format("; {:.6g} s more of it would do", seconds(map->per->to_record));
     fit.needed_lead = map->per->lead;
     least = map->per->latency;
   } else if (map->rate) {  // but for the share of the segments that may underrun
