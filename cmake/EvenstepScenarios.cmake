@@ -22,8 +22,8 @@
 #   RECORDINGS  every file of the folder but *.md: timing.csv, lists of steps, files of profilers, scenarios. A file that is
 #               none of these is a test that fails. Recordings that are added later are found by the next build.
 #   LATENCY     such as "20 ms"; with LEAD, RINGS and MAP as in `--fits`. One of LATENCY, LEAD and RINGS must be given.
-#   PER         such as "1 h": enough for so long, with CONFIDENCE "95 %" (default) and one late segment at most (`--per`). It
-#               fails where the recording does not say.
+#   PER         such as "1 h": enough for so long, with CONFIDENCE "95 %" (default) and one late segment at most (`--per`).
+#               It fails where the recording does not say.
 #   OPTIONS     further options of `evenstep size`: --sampling "1 kHz", --emission linear, --rate "1 %", --steps 15
 #
 # Both work after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or

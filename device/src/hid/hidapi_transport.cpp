@@ -135,7 +135,7 @@ std::string udev_rule(const HidDeviceInfo& info) {
 struct HidapiTransport::State final : internal::LiveSender<OneReport, HidHandle>::Cable {
   State(const std::string& path, const WallClock& clock, Duration patience) {
     const std::string name = internal::hidraw_name(path);
-    if (for_another_driver(path).empty() && path.starts_with('/') && ::access(path.c_str(), F_OK) != 0)
+    if (name.empty() && for_another_driver(path).empty() && path.starts_with('/') && ::access(path.c_str(), F_OK) != 0)
       throw DeviceError(path + ": no such file; `evenstep devices` lists the devices that are there");
     if (name.empty())
       throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there" +

@@ -92,7 +92,7 @@ SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, st
     return;
   }
   if (base->expectations.empty() && !base->expect_stop) {
-    errors.push_back({path, 0, 0, "has no [[expect]], so every point would pass; say what must hold"});
+    errors.push_back({path, 1, 1, "has no [[expect]], so every point would pass; say what must hold"});
     return;
   }
   if (base->sweep->swarm && base->has_faults_off) {
