@@ -319,8 +319,10 @@ endif()
 END
   touch "$1/OnlyTestsNeedThisConfig.cmake"
   mkdir -p "$1"/tests/{clock,compare}
-  echo 'add_custom_target(of_clock ALL COMMAND touch built)' >"$1/tests/clock/CMakeLists.txt"
-  echo 'add_custom_target(of_compare ALL COMMAND touch built)' >"$1/tests/compare/CMakeLists.txt"
+  for folder in clock compare; do
+    printf '%s\n' 'add_custom_command(OUTPUT built COMMAND touch built)' "add_custom_target(of_$folder ALL DEPENDS built)" \
+      >"$1/tests/$folder/CMakeLists.txt"
+  done
   echo >"$1/tests/compare/validate.py"   # finds nothing to complain of
   stand_in dpkg-query <<<'shift 3; printf "installed %s\n" "$@"'
   PATH=$work/bin:$PATH
