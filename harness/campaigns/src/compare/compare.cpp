@@ -15,11 +15,10 @@ namespace evenstep {
 namespace {
 
 using Change = ComparedFigure::Change;
-using Value = std::optional<double>;
 
 /// One figure on one side. Without a number, the word says what is there instead.
 struct Figure {
-  Value number;
+  std::optional<double> number;
   std::string word;
 };
 /// Signal, metric, expectation.
@@ -40,7 +39,8 @@ Figures figures_of(const RunSummary& run, const internal::ExpectationNames& name
     const ExpectationResult& result = run.expectations[i];
     const auto& [signal, name] = names[i];
     figures[{signal, "verdict", name}] = {{}, internal::verdict_word(result.verdict)};
-    if (const Value margin = relative_margin(result)) figures[{signal, "margin", name}] = {margin, kNoNumber};
+    if (const std::optional<double> margin = relative_margin(result))
+      figures[{signal, "margin", name}] = {margin, kNoNumber};
   }
   return figures;
 }
@@ -80,8 +80,8 @@ ComparedFigure compared(std::size_t run, const FigureKey& key, const Figure* a, 
   figure.run = run;
   std::tie(figure.signal, figure.metric, figure.of) = key;
   figure.unit = figure_unit(figure.signal, figure.metric);
-  figure.a = a ? a->number : Value();
-  figure.b = b ? b->number : Value();
+  figure.a = a ? a->number : std::optional<double>();
+  figure.b = b ? b->number : std::optional<double>();
   if (!figure.a) figure.a_word = a ? a->word : kAbsent;
   if (!figure.b) figure.b_word = b ? b->word : kAbsent;
   figure.rounding = is_rounding(figure, sizes);
