@@ -43,7 +43,7 @@ case_a_call_that_is_not_understood_is_refused_in_words_of_our_own() {
   expect 2 "run has no option '-q'; see " run x.toml -q
   expect 2 "diff does not take one more argument, 'c'; see " diff a b c
   expect 2 "evenstep has no option '--frob'; known: --help, --version; see " --frob
-  expect 2 "b is missing: after: what a can be; see " compare a
+  expect 2 "b is missing: after: the same, of the later run or runs; see " compare a
   no_run_folder
 }
 case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {

@@ -44,7 +44,7 @@ TEST_CASE("with the rings that are needed nothing overruns, with an entry less s
   std::size_t of_samples = 0, of_forces = 0;
   for (const std::string& file : files) {
     INFO(file);
-    Scenario scenario = read("recorded/" + file, {"run.strategies=[\"phase_locked\"]", "run.duration=\"3 s\"",
+    Scenario scenario = read("recorded/" + file, {"run.strategies=[\"phase_locked\"]", "run.duration=\"2 s\"",
                                                   "run.warmup=\"0 s\"", "expect=[]"});
     REQUIRE(scenario.devices.size() == 1);
     REQUIRE(scenario.devices[0].rate.den == 1);

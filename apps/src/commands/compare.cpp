@@ -80,7 +80,7 @@ void add_compare(Commands& commands) {
       compare_runs);
   arguments.program = commands.program();
   command.operand("a", arguments.a, "before: run folder, folder of run folders, summary.json, or what `run --json` printed");
-  command.operand("b", arguments.b, "after: what a can be");
+  command.operand("b", arguments.b, "after: the same, of the later run or runs");
   command.repeated("--fail-if", arguments.fail_if,
                    "exit 1 if so: 'latency > +5 %', 'left.force.paper velocity_jump > +0.1 mN', 'worse > +10 %', 'missing', "
                    "'trace', 'verdict' (default)");

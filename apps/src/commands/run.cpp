@@ -133,8 +133,9 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
     fmt::print("{}", suffered_lines(outcome));
     fmt::print("{}", lacking_line(outcome.record.strategies.front().solver));
-    fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
-               outcome.record.strategies.size(), simulated_text(scenario, outcome), outcome.cpu_seconds);
+    fmt::print("trace {:016x}   {} {}, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
+               outcome.record.strategies.size(), outcome.record.strategies.size() == 1 ? "strategy" : "strategies",
+               simulated_text(scenario, outcome), outcome.cpu_seconds);
     if (verbose)
       fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
                  outcome.solver_seconds);

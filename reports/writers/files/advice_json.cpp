@@ -33,6 +33,12 @@ Json json_of(const AdviceChoice& choice) {
   out["jump_step"] = json_number(choice.jump_step);
   out["force_jump_step"] = json_number(choice.force_jump_step);
   out["underrun_rate"] = json_number(choice.underrun_rate);
+  if (choice.unseen) {
+    out["unseen"] = {{"late_segments", choice.unseen->late},
+                     {"played_segments", choice.unseen->played},
+                     {"late_by_ns", choice.unseen->late_by.ns},
+                     {"missing_by_ns", choice.unseen->missing_by.ns}};
+  }
   out["late_any_phase"] = json_number(choice.late_any_phase);
   out["drawings_lost"] = json_number(choice.drawings_lost);
   out["simulated_lost"] = json_number(choice.simulated_lost);

@@ -89,7 +89,9 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
                     sentence("First of all, let each step wait for its slot", *spread), ms(spread->drawings_later),
                     100 * spread->simulated_lost));
   if (with != nullptr) out.push_back(sentence("If the solver says how stiff the contact is", *with));
-  if (without != nullptr) out.push_back(sentence("If it gives forces only", *without));
+  if (without != nullptr)
+    out.push_back(sentence("If it gives forces only", *without) +
+                  (without->unseen ? " " + evenstep::text(*without->unseen) : ""));
   const AdviceChoice* const springs = least_delay(
       record, [](const AdviceChoice& one) { return one.needs_springs && one.governor.empty() && one.map != "direct"; });
   if (springs != nullptr && with != nullptr && springs->stiffness_N_per_m > with->stiffness_N_per_m)

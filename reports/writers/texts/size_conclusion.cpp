@@ -119,13 +119,7 @@ std::string unseen(const SizeStrategy& use) {
   const SizeUnseen all = use.all_unseen();
   const std::string change =
       use.trust.change ? "  No confidence is given: " + internal::not_one_process(use.trust) + "\n" : "";
-  if (all.late == 0) return "  Sized on its first parts, it is never late in the parts after them.\n" + change;
-  return change + fmt::format(
-                      "  Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to "
-                      "{:.4g} ms:\n  "
-                      "expect the like of the next recording.\n",
-                      100 * static_cast<double>(all.late) / static_cast<double>(all.played),
-                      ms(std::max(all.late_by, all.missing_by)));
+  return change + "  " + text(all) + (all.late == 0 ? "\n" : "\n  Expect the like of the next recording.\n");
 }
 
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
@@ -140,6 +134,13 @@ std::string tables(const SizeRecord& record, const SizeStrategy& use) {
 }
 
 }  // namespace
+
+std::string text(const SizeUnseen& all) {
+  if (all.late == 0) return "Sized on its first parts, it is never late in the parts after them.";
+  return fmt::format(
+      "Sized on its first parts, it is late in {:.2g} % of the segments of the parts after them, by up to {:.4g} ms.",
+      100 * static_cast<double>(all.late) / static_cast<double>(all.played), ms(std::max(all.late_by, all.missing_by)));
+}
 
 SizeUnseen SizeStrategy::all_unseen() const {
   SizeUnseen all;

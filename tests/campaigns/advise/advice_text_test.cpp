@@ -67,6 +67,21 @@ TEST_CASE("a choice whose hand shakes is not ranked, beats nothing and is never 
   CHECK(choice_to_use(advice, false)->number == 2);
 }
 
+TEST_CASE("how such a size does on what it has not seen is said of the choice for a solver of forces, and in the JSON") {
+  AdviceRecord advice = record();
+  CHECK_THAT(advice_text(advice), !Contains("Sized on its first parts"));
+  advice.choices[2].unseen = SizeUnseen{.played = 200, .late = 11, .late_by = {5'400'000}, .missing_by = {1'000'000}};
+  CHECK_THAT(advice_text(advice, 1000),
+             Contains("Sized on its first parts, it is late in 5.5 % of the segments of the parts after "
+                      "them, by up to 5.4 ms."));
+  const Json unseen = Json::parse(advice_json(advice)).at("choices").at(2).at("unseen");
+  CHECK(unseen.at("late_segments") == 11);
+  CHECK(unseen.at("played_segments") == 200);
+  CHECK(unseen.at("late_by_ns") == 5'400'000);
+  advice.choices[2].unseen->late = 0;
+  CHECK_THAT(advice_text(advice, 1000), Contains("Sized on its first parts, it is never late in the parts after them."));
+}
+
 TEST_CASE("a jump that is only rounding is none") {
   AdviceRecord advice = record();
   CHECK_THAT(advice_text(advice, 1000), Contains("Without a map (1, direct, hold) the hand jumps by 5.4 steps"));

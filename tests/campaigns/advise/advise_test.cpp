@@ -326,6 +326,8 @@ TEST_CASE("latency and bound are those that size finds, and no latency is below 
     CHECK(choice.latency == use->any_phase.latency);
     CHECK(choice.lead == use->lead);
     CHECK(*choice.bound == use->path->latency);
+    CHECK(choice.unseen->late == use->all_unseen().late);
+    CHECK(choice.unseen->late_by == use->all_unseen().late_by);
     // Samples are 1 ms apart and in whole nanometres, so the run shows the jump of the map and little more.
     CHECK(choice.jump_step == Approx(use->velocity_jump).margin(0.01));
     ++compared;

@@ -148,6 +148,7 @@ class Adviser {
     std::optional<Duration> bound;
     AdviceLatency least;                   ///< for which nothing is late
     std::optional<AdviceLatency> at_rate;  ///< empty also if the rate is less than one segment
+    std::optional<SizeUnseen> unseen;
   };
 
   bool interrupted() const { return options_.interrupted && *options_.interrupted; }
@@ -232,6 +233,7 @@ class Adviser {
     if (strategy == nullptr) return out;
     out.least = {.latency = strategy->any_phase.latency, .lead = strategy->lead, .adaptive = true};
     if (strategy->path) out.bound = strategy->path->latency;
+    if (!strategy->unseen.empty()) out.unseen = strategy->all_unseen();
     if (!strategy->rate || strategy->rate->allowed == 0) return out;
     const SizeRateNeed& need = strategy->rate->any_phase;
     out.at_rate = AdviceLatency{need.latency, need.lead,
@@ -292,7 +294,11 @@ class Adviser {
     out.tried_N_per_m = own.stiffness_N_per_m = three_digits(kTriedShare * out.stiffness_N_per_m);
     out.scenario = text(plan, own);
     run(staging_.read(file, out.scenario), out);
-    if (is_remap(plan.pace.map) && !plan.pace.at_rate && !plan.pace.adaptive) out.bound = sizes_.at(size_key(plan)).bound;
+    if (is_remap(plan.pace.map) && !plan.pace.at_rate && !plan.pace.adaptive) {
+      const Sized& sized = sizes_.at(size_key(plan));
+      out.bound = sized.bound;
+      out.unseen = sized.unseen;
+    }
     if (traits_of(plan.pace.map).predicts && out.failure.empty()) stop(plan, own, out);
     if (out.failure.empty()) out.scenario += internal::expectations_text(out);
     return out;

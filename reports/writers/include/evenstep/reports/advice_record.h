@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "evenstep/reports/pause_parts.h"
+#include "evenstep/reports/size_record.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
@@ -35,6 +36,8 @@ struct AdviceChoice {
   Duration latency, lead;
   std::optional<Duration> latency_most;  ///< for an adaptive one: the most that it may become
   std::optional<Duration> bound;         ///< least L of any path that jumps as little, no force late; empty: none
+  std::optional<SizeUnseen>
+      unseen;                  ///< for the least L: how such a size does on what it has not seen; empty: too few segments
   double delay_s = 0;          ///< hand to force, with hold and device; for `direct` and an adaptive latency the mean
   double jump_step = 0;        ///< velocity jump of what the solver reads, in the hand's way per slot
   double force_jump_step = 0;  ///< of the force at the ticks, in the change of force per slot

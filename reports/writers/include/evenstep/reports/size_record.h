@@ -246,6 +246,8 @@ struct SizeRecord {
 };
 
 const char* name_of(SizeHitches::What what);
+/// A sentence, of all parts played together.
+std::string text(const SizeUnseen& all);
 /// Of the maps whose velocity jump is at most 0.15 slots the one that needs the least latency; if none is as smooth, the map
 /// that jumps least. Null if no map has a slot.
 const SizeStrategy* strategy_to_use(const SizeRecord& record);
