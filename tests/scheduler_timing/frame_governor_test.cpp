@@ -213,7 +213,7 @@ void check_split_and_spread(std::uint64_t first, std::uint64_t schedules) {
       const std::int64_t count = std::ssize(source[k].steps);
       longest_slot = std::max(longest_slot, Duration{period.ns / count + 1});
       for (std::int64_t i = 0; i < count; ++i)
-        slots.emplace_back(static_cast<std::int64_t>(k) * period.ns + floor_mul_div(period.ns, i, count));
+        slots.push_back(RealTime{static_cast<std::int64_t>(k) * period.ns + floor_mul_div(period.ns, i, count)});
     }
     for (std::size_t n = 0; n < slots.size(); ++n) {
       lead = std::max(lead, slots[n] - split[n].begin);
