@@ -90,7 +90,7 @@ TEST_CASE("a recording that gets worse is late in its last part and the conclusi
   CHECK(use.unseen[4].late > 0);
   CHECK(use.unseen[4].late_by > Duration{20 * ms});
   CHECK(use.all_unseen().late_by == use.unseen[4].late_by);
-  CHECK_THAT(size_text(record), Contains("it is late in") && Contains("expect the like of the next recording"));
+  CHECK_THAT(size_text(record), Contains("it is late in") && Contains("Expect the like of the next recording"));
   CHECK_THAT(size_json(record), Contains("\"unseen\":[{"));
 }
 
