@@ -33,6 +33,14 @@ configure() { cmake -S . -B build -G Ninja -Devenstep_DIR="$work/package" >log 2
 # tests ARGUMENTS... : the names of the tests that ctest would run
 tests() { ctest --test-dir build -N "$@" | sed -nE 's/^ *Test +#[0-9]+: //p'; }
 
+# is_refused CALL WHY : whether CMake refuses a project with this call, and says why
+is_refused() {
+  project "$1"
+  configure && fail "accepted: $1"
+  tr '\n' ' ' <log | sed -E 's/ +/ /g' >flat && mv flat log
+  has "$2"
+}
+
 # scenario FILE LINE... : writes a scenario that passes, with these lines added
 scenario() {
   mkdir -p "$(dirname "$1")"
@@ -135,10 +143,7 @@ case_mistakes_in_a_sizing_are_errors_with_a_remedy() {
     'NAME a RECORDINGS empty@LATENCY, LEAD and RINGS are missing' \
     'NAME a RECORDINGS empty LATENCY "1 ms" LEAD@not understood' \
     'NAME a RECORDINGS empty LATENCY "1 ms" WITH x@not understood'; do
-    project "evenstep_add_sizing(${wrong%@*})"
-    configure && fail "accepted: $wrong"
-    tr '\n' ' ' <log | sed -E 's/ +/ /g' >flat && mv flat log
-    has "${wrong#*@}"
+    is_refused "evenstep_add_sizing(${wrong%@*})" "${wrong#*@}"
   done
 }
 case_mistakes_are_errors_with_a_remedy() {
@@ -146,10 +151,7 @@ case_mistakes_are_errors_with_a_remedy() {
   for wrong in 'DIRECTORY empty@no scenario (*.toml) in' 'DIRECTORY nowhere@no scenario (*.toml) in' \
     'LABELS x@DIRECTORY is missing' 'DIRECTORY empty WITH x@not understood' \
     'DIRECTORY empty PROGRAM nobody@is not a'; do
-    project "evenstep_add_scenarios(${wrong%@*})"
-    configure && fail "accepted: $wrong"
-    tr '\n' ' ' <log | sed -E 's/ +/ /g' >flat && mv flat log
-    has "${wrong#*@}"
+    is_refused "evenstep_add_scenarios(${wrong%@*})" "${wrong#*@}"
   done
   project 'evenstep_add_scenarios(DIRECTORY empty)'
   sed -i '/^enable_testing/d' CMakeLists.txt
