@@ -127,6 +127,37 @@ TEST_CASE("sources: the slope of Holt-Winters converges to that of a line as its
   }
 }
 
+TEST_CASE("sources: what is interpolated is what an engine draws that keeps an accumulator, in 5,000 loops") {
+  for (std::uint64_t seed = 0; seed < cases(5'000); ++seed) {
+    Draw draw(seed);
+    Resampler<double> drawn(of_kind(Resampling::interpolated));
+    // The loop of G. Fiedler, "Fix your timestep!": previous and current state, and what is left of the frames' time.
+    double previous = 0, current = 0;
+    std::int64_t accumulator = 0, states = 0;
+    RealTime frame;
+    for (int k = 0; k < 60; ++k) {
+      const Duration took{draw.between(1, 3 * kPeriod.ns)};
+      frame = frame + took;
+      for (accumulator += took.ns; accumulator >= kPeriod.ns; accumulator -= kPeriod.ns) {
+        previous = states == 0 ? 0 : current;
+        current = draw.unit();
+        if (states == 0) previous = current;
+        drawn.arrive(RealTime{} + kPeriod * ++states, current);
+      }
+      if (states == 0) {
+        REQUIRE(drawn.at(frame).status == ReadStatus::empty);
+        continue;
+      }
+      const double alpha = static_cast<double>(accumulator) / static_cast<double>(kPeriod.ns);
+      const Reading<double> shown = drawn.at(frame);
+      REQUIRE(shown.status == ReadStatus::inside);
+      REQUIRE(shown.value == Approx(current * alpha + previous * (1 - alpha)).epsilon(1e-12).margin(1e-12));
+    }
+    // A frame that is late shows the last state; nothing is continued.
+    REQUIRE(drawn.at(frame + kPeriod * 2).value == current);
+  }
+}
+
 TEST_CASE("sources: polyphase has gain 1 and no delay of its own below a fifth of the source's rate, to 0.15 %") {
   Resampler<double> filter(of_kind(Resampling::polyphase));
   for (const double cycles : {0.01, 0.05, 0.1, 0.15, 0.2}) {  // per period

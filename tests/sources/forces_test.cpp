@@ -146,3 +146,33 @@ TEST_CASE("source forces: a chunk continues the line through its force and the o
     REQUIRE(source->at(RealTime{700'000'000}, source->head(), {}, nullptr).status == ReadStatus::underrun);
   }
 }
+
+TEST_CASE("source forces: an engine interpolates by the loop's own time, else by when a step began, in 2,000 schedules") {
+  for (std::uint64_t seed = 0; seed < testing::cases(2'000); ++seed) {
+    const RandomStream draws(seed, "engine");
+    const bool has_clock = draws.uniform(0) < 0.5;
+    LinkSpec link = link_of(Resampling::interpolated, Emission::linear);
+    ResamplerSpec spec;
+    spec.kind = Resampling::interpolated;
+    spec.period = Duration{10'000'000};
+    link.source = SourceForces{spec};
+    const auto source = internal::make_source_forces(link);
+    for (std::int64_t n = 0; n < 20; ++n) {
+      Sent sent;
+      // A step runs in the first frame after the end of its time, and then takes some.
+      const RealTime due{(n + 1) * 10'000'000},
+          began = due + Duration{static_cast<std::int64_t>(4e6 * draws.uniform(static_cast<std::uint64_t>(100 + n)))};
+      sent.emission.slot = {began, SlotKind::newest};
+      sent.emission.at = sent.emission.arrives = began + Duration{500'000};
+      if (has_clock) sent.emission.simulated = SimTime{n * 10'000'000};
+      sent.force_N = static_cast<double>(n * n);
+      source->push(sent.emission, record_of(sent));
+      const RealTime from = has_clock ? due : began, tick = sent.emission.at + Duration{1'000'000};
+      const double share = n == 0 ? 1 : static_cast<double>((tick - from).ns) / 1e7;
+      const Reading<glm::dvec3> played = source->at(tick, source->head(), {}, nullptr);
+      REQUIRE(played.status == ReadStatus::inside);
+      REQUIRE(played.value.x ==
+              Approx(sent.force_N - (1 - share) * static_cast<double>(n == 0 ? 0 : 2 * n - 1)).margin(1e-9));
+    }
+  }
+}

@@ -35,16 +35,23 @@ struct InChunks {
   double every_s;
 };
 
+/// What an engine interpolates has the loop's own time for a stamp, that at the end of its step: this long after t(n).
+std::optional<Duration> after_own_time(const ResamplerSpec& spec) {
+  return spec.kind == Resampling::interpolated ? std::optional(spec.period) : std::nullopt;
+}
+std::optional<Duration> after_own_time(const ChunkSpec&) { return std::nullopt; }
+
 /// The ring between the lanes has one entry per step in the order of the steps; the device lane takes them out and keeps
 /// those that are still on their way.
 template <class Player>
 class SourceForcesOf final : public RenderedSchedule {
  public:
   template <class Spec>
-  SourceForcesOf(const LinkSpec& link, const Spec& spec) : ring_(link.forces, link.spare), player_(spec) {}
+  SourceForcesOf(const LinkSpec& link, const Spec& spec)
+      : ring_(link.forces, link.spare), after_own_time_(after_own_time(spec)), player_(spec) {}
 
   void push(const StepEmission& emission, const ContactRecord& record) override {
-    const RealTime stamp = emission.slot.kind == SlotKind::newest ? emission.slot.read : emission.at;
+    const RealTime stamp = stamp_of(emission);
     Sent sent{stamp,         emission.arrives, record.force_N,
               glm::dvec3(0), emission.lost,    static_cast<std::int64_t>(ring_.head())};
     if (before_ && stamp > before_->stamp) sent.per_s = (sent.force_N - before_->force_N) / seconds(stamp - before_->stamp);
@@ -67,6 +74,10 @@ class SourceForcesOf final : public RenderedSchedule {
   std::optional<SourceCounts> source_counts() const override { return SourceCounts{lost_, player_.overtaken()}; }
 
  private:
+  RealTime stamp_of(const StepEmission& emission) const {
+    if (after_own_time_ && emission.simulated) return RealTime{emission.simulated->ns} + *after_own_time_;
+    return emission.slot.kind == SlotKind::newest ? emission.slot.read : emission.at;
+  }
   /// Takes what was pushed since the last tick. What the ring has overwritten by then is lost, too.
   void take(std::uint64_t head) {
     const auto later = [](const Sent& a, const Sent& b) { return a.arrives < b.arrives; };
@@ -80,6 +91,7 @@ class SourceForcesOf final : public RenderedSchedule {
   }
 
   TimedRing<Sent> ring_;
+  std::optional<Duration> after_own_time_;
   std::optional<Sent> before_;  // simulation lane
   // Of the device lane:
   Player player_;

@@ -109,15 +109,18 @@ void add_room(const Scenario& scenario, StrategyPlan& plan) {
   if (plan.kind == StrategyKind::polyphase)
     plan.force_capacity += 2 * static_cast<std::size_t>(scenario.playing.resampler.taps);
   if (chunk_rule(plan.kind) != nullptr) plan.least_entries = least_entries(scenario);
-  if (!scenario.timing.elsewhere) return;
+  if (!scenario.timing.elsewhere && !traits_of(plan.kind).continues) return;
   const Duration delay = plan.latency - plan.lead;
+  // A force stays in the ring until the tick that takes it out.
+  Duration to_tick;
+  for (const DeviceSpec& device : scenario.devices) to_tick = std::max(to_tick, Duration{instant_ns(device.rate, 1)});
   InUse forces;
   if (plan.sizing.has_steps()) {
     each_run_step(scenario, plan, [&](std::span<const MappedStep> steps) {
-      for (const MappedStep& step : steps) forces.add(step.begin, std::max(step.slot + delay, step.end));
+      for (const MappedStep& step : steps) forces.add(step.begin, std::max(step.slot + delay, step.end) + to_tick);
     });
   } else {
-    each_made(scenario, [&](const Made& step) { forces.add(step.begin, step.arrives); });
+    each_made(scenario, [&](const Made& step) { forces.add(step.begin, step.arrives + to_tick); });
   }
   plan.force_capacity = std::max(plan.force_capacity, forces.most() + kSpare);
 }
@@ -136,7 +139,10 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
   }
   ResamplerSpec spec = scenario.playing.resampler;
   spec.capacity = plan.force_capacity + 2 * static_cast<std::size_t>(spec.taps) + 1;
-  if (plan.kind == StrategyKind::holt_winters)
+  if (plan.kind == StrategyKind::interpolated) {
+    spec.kind = Resampling::interpolated;
+    spec.period = {sim_time(scenario.scene.step_rate, 1).ns};
+  } else if (plan.kind == StrategyKind::holt_winters)
     spec.kind = Resampling::holt_winters;
   else if (plan.kind == StrategyKind::polyphase)
     spec.kind = Resampling::polyphase;
@@ -152,6 +158,7 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
 Duration memory_of(const SourceForces& source, const Scenario& scenario, const StrategyPlan& plan) {
   if (const auto* chunk = std::get_if<ChunkSpec>(&source.play)) return chunk->length();
   const ResamplerSpec& spec = std::get<ResamplerSpec>(source.play);
+  if (spec.kind == Resampling::interpolated) return spec.period;
   if (spec.kind == Resampling::polyphase) return spec.period * spec.taps + longest_gap(scenario, plan);
   if (spec.kind != Resampling::holt_winters) return {};
   // The larger eigenvalue of its recurrence on a line (docs/choose/sources.md): determinant 1 - a, trace 2 - a - a g.

@@ -212,6 +212,7 @@ const Strategy kStrategies[] = {
     {StrategyKind::chunk_append, plan_direct, direct_map, link_direct, {"#cc79a7", 2, "4 2"}},
     {StrategyKind::chunk_blend, plan_direct, direct_map, link_direct, {"#0072b2", 2, "8 3"}},
     {StrategyKind::clocked, plan_remap, clocked_map, link_remap, {"#009e73", 2, "6 2"}},
+    {StrategyKind::interpolated, plan_direct, direct_map, link_direct, {"#e69f00", 2, "4 4"}},
 };
 
 }  // namespace

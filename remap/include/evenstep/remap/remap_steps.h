@@ -42,6 +42,8 @@ struct StepEmission {
   Slot slot = {};
   RealTime arrives = {};  ///< E(n), or the time at which the force is at the device if that is later
   bool lost = false;      ///< it never comes to the device
+  /// t(n), if the loop knows it.
+  std::optional<SimTime> simulated = {};
 
   /// When the force must be there, so that no tick misses it: with linear emission ticks need it on the whole line to F(n).
   /// What looks ahead in time while it plays forces needs it that much earlier.
@@ -63,13 +65,14 @@ class RemapSteps {
   void segment(RealTime begin) { map_.boundary(number_, begin); }
   /// `simulated`: t(n), if the loop knows it.
   Slot begin(RealTime began, Duration postponed = {}, std::optional<SimTime> simulated = {}) {
+    simulated_ = simulated;
     if (simulated) map_.simulated(*simulated);
     return slot_ = map_.read(number_, began, postponed);
   }
   /// `ended`: with a source, when the force is at the device.
   StepEmission end(RealTime ended, Duration postponed = {}, bool lost = false) {
     const RealTime at = map_.emission(number_++, ended, postponed);
-    return {at, lines_[slot_.kind == SlotKind::mapped].next(at, lost), slot_, ended, lost};
+    return {at, lines_[slot_.kind == SlotKind::mapped].next(at, lost), slot_, ended, lost, simulated_};
   }
   /// n of the step that runs or, between two steps, of the next one. Counts from 0.
   std::int64_t number() const { return number_; }
@@ -78,6 +81,7 @@ class RemapSteps {
   SlotMap& map_;
   std::int64_t number_ = 0;
   Slot slot_;
+  std::optional<SimTime> simulated_;
   std::array<internal::LineStarts, 2> lines_;  // between steps without a slot, and between those with one
 };
 

@@ -11,6 +11,9 @@
 ///                    p = l + b d;   l' = a x + (1 - a) p;   b' = g (l' - l) / d + (1 - g) b;   value l + b (t - s)
 ///                  from l = x_0, b = 0; on x = v s + c the slope b converges to v geometrically if 0 < a < 1, 0 < g <= 1.
 ///                  The line stops `furthest` after s.
+///   interpolated   what game engines draw: from the last but one towards the last, x_k of the largest s_k,
+///                    x_(k-1) + (x_k - x_(k-1)) clamp((t - s_k) / T, 0, 1)
+///                  which is one T late (G. Fiedler, "Fix your timestep!", 2004)
 ///   polyphase      a windowed sinc (J. O. Smith, "Digital audio resampling", CCRMA 2002; the resampler of F. Adriaensen,
 ///                  "Controlling adaptive resampling", LAC 2012, whose rate a delay-locked loop controls):
 ///                    sum_i w((t - s_i) / T) x_i / sum_i w((t - s_i) / T),  w(u) = sinc(u) kaiser(u / taps), |u| < taps
@@ -39,7 +42,7 @@
 
 namespace evenstep {
 
-enum class Resampling : std::uint8_t { scheduled, scheduled_held, newest, holt_winters, polyphase };
+enum class Resampling : std::uint8_t { scheduled, scheduled_held, newest, holt_winters, interpolated, polyphase };
 
 struct ResamplerSpec {
   Resampling kind = Resampling::scheduled;
@@ -78,8 +81,10 @@ class Resampler {
         return {kept_.back().value, ReadStatus::inside, kept_.back().stamp};
       case Resampling::holt_winters:
         return continued(at);
+      case Resampling::interpolated:
+        return between_last_two(at);
       case Resampling::polyphase:
-        return interpolated(at);
+        return filtered(at);
       case Resampling::scheduled:
       case Resampling::scheduled_held:
         break;
@@ -176,7 +181,14 @@ class Resampler {
       weigh(sum, at, last.stamp + spec_.period * j, last.value + per_period * static_cast<double>(j));
   }
 
-  Reading<Value> interpolated(RealTime at) const {
+  Reading<Value> between_last_two(RealTime at) const {
+    const Sample& last = kept_.back();
+    const Sample& before = kept_.size() > 1 ? kept_[kept_.size() - 2] : last;
+    const double w = ratio(std::clamp(at - last.stamp, Duration{}, spec_.period), spec_.period);
+    return {lerp(before.value, last.value, w), ReadStatus::inside, last.stamp};
+  }
+
+  Reading<Value> filtered(RealTime at) const {
     const RealTime newest = kept_.back().stamp;
     if (at < kept_.front().stamp) return {Value{}, ReadStatus::empty, newest};
     if (newest < at) return {kept_.back().value, ReadStatus::underrun, newest};

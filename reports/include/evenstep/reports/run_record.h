@@ -234,7 +234,7 @@ struct StrategyRecord {
   /// How long before a read the hand's positions still matter, and how long before a tick the forces of the schedule: the
   /// window of an extrapolation or the settling of a filter.
   Duration interaction_memory, force_memory;
-  bool continues = false;      ///< a tick plays what a line or a chunk says of the present: it shows no simulation time
+  bool continues = false;      ///< a tick plays what a line, an average or a chunk makes of the forces: no step's
   bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
   bool interrupted = false;    ///< ended before its end, by a signal
   TissuePicture tissue;        ///< of one strategy of a run

@@ -68,7 +68,8 @@ struct RenderedContactsSummary {
 
 /// The forces of a source: how the device plays them (resampler.h, chunk_player.h). They may come late, in another order or
 /// not at all (StepEmission::arrives), and are played as forces only. Those of a map are stamped with their emission time,
-/// all others with the begin of their step. A chunk continues the line through the forces of its step and the one before.
+/// those that an engine interpolates with the loop's own time at the end of their step, if it knows one, all others with the
+/// begin of their step. A chunk continues the line through the forces of its step and the one before.
 struct SourceForces {
   std::variant<ResamplerSpec, ChunkSpec> play;
 };

@@ -52,7 +52,8 @@ enum class StrategyKind {
   chunk_replace,
   chunk_append,
   chunk_blend,
-  clocked
+  clocked,
+  interpolated
 };
 
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/plan/strategies.cpp).
@@ -66,7 +67,7 @@ struct StrategyTraits {
   bool filters = false;            ///< it uses the filter of [remap]
   bool varies_step = false;        ///< a step is as long as the real time since the step before
   bool for_comparison = false;     ///< somebody else's map: `size` shows it only if it is asked for
-  bool continues = false;          ///< a tick plays the forces so far, continued to the present, without a latency
+  bool continues = false;          ///< a tick plays what a line, an average or a chunk makes of the forces so far
 };
 inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::ideal, .name = "ideal", .knows_motion = true},
@@ -88,7 +89,9 @@ inline constexpr std::array kAllStrategies{
         .kind = StrategyKind::chunk_replace, .name = "chunk_replace", .plays_as_it_comes = true, .continues = true},
     StrategyTraits{.kind = StrategyKind::chunk_append, .name = "chunk_append", .plays_as_it_comes = true, .continues = true},
     StrategyTraits{.kind = StrategyKind::chunk_blend, .name = "chunk_blend", .plays_as_it_comes = true, .continues = true},
-    StrategyTraits{.kind = StrategyKind::clocked, .name = "clocked", .remaps = true}};
+    StrategyTraits{.kind = StrategyKind::clocked, .name = "clocked", .remaps = true},
+    StrategyTraits{
+        .kind = StrategyKind::interpolated, .name = "interpolated", .plays_as_it_comes = true, .continues = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
