@@ -21,9 +21,10 @@
 #
 #   RECORDINGS  every file of the folder but *.md: timing.csv, lists of steps, files of profilers, scenarios. A file that is
 #               none of these is a test that fails. Recordings that are added later are found by the next build.
-#   LATENCY     such as "20 ms"; with LEAD, RINGS and MAP as in `--fits`. One of LATENCY, LEAD and RINGS must be given.
-#   PER         such as "1 h": enough for so long, with CONFIDENCE "95 %" (default) and one late segment at most (`--per`).
-#               It fails where the recording does not say.
+#   LATENCY     such as "20 ms"; with LEAD, RINGS, MAP, PER and CONFIDENCE as in `--fits`. One of LATENCY, LEAD and RINGS
+#               must be given.
+#   PER         such as "1 h": enough for so long, with CONFIDENCE "95 %" (default) and one late segment at most. It
+#               fails where the recording does not say.
 #   OPTIONS     further options of `evenstep size`: --sampling "1 kHz", --emission linear, --rate "1 %", --steps 15
 #
 # Both work after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or
@@ -132,7 +133,7 @@ function(evenstep_add_sizing)
     message(FATAL_ERROR "evenstep_add_sizing: no recording in ${root}")
   endif()
   set(fits "")
-  foreach(what IN ITEMS LATENCY LEAD RINGS MAP)
+  foreach(what IN ITEMS LATENCY LEAD RINGS MAP PER CONFIDENCE)
     if(ARG_${what})
       string(TOLOWER ${what} word)
       string(REPLACE ";" " " value "${ARG_${what}}")
@@ -140,12 +141,6 @@ function(evenstep_add_sizing)
     endif()
   endforeach()
   list(JOIN fits ", " fits)
-  foreach(option IN ITEMS PER CONFIDENCE)
-    if(ARG_${option})
-      string(TOLOWER ${option} word)
-      list(APPEND ARG_OPTIONS --${word} "${ARG_${option}}")
-    endif()
-  endforeach()
   foreach(file IN LISTS files)
     file(RELATIVE_PATH name "${base}" "${file}")
     add_test(NAME "sizing: ${ARG_NAME}: ${name}" WORKING_DIRECTORY "${base}"

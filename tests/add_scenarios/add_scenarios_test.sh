@@ -130,7 +130,7 @@ case_a_test_per_recording_says_whether_what_the_program_has_is_enough() {
   cmake --build build >log 2>&1 || fail "no build"
   ctest --test-dir build --output-on-failure >log 2>&1 && fail "nobody knows an hour from 20 s of it"
   has "what phase_locked needs for so long cannot be known: "
-  has "--confidence '90 %' --per '1 h' --fits"
+  has ", per 1 h, confidence 90 %'"
   # What is no recording, or a new one, is not passed over.
   printf 'some notes\n' >recordings/notes.txt
   cmake --build build >log 2>&1 || fail "no build"

@@ -1097,6 +1097,10 @@ case_size_judges_what_a_program_has() {
   expect 2 "is the verdict of --fits" size "$trace" --junit fits.xml
   expect 2 "is none of" size "$trace" --fits "latenz 20 ms"
   expect 2 "was not sized" size "$trace" --fits "latency 20 ms, map clocked"
+  expect 1 "needs for so long cannot be known" size "$trace" --fits "latency 20 ms, per 1 h"
+  expect 2 "--per: error: is said by --fits, too" size "$trace" --fits "latency 20 ms, per 1 h" --per "2 h"
+  expect 2 "--fits: error: " size "$trace" --fits "latency 20 ms, per 1 V"
+  expect 2 "--fits: error: a confidence goes with" size "$trace" --fits "latency 20 ms, confidence 90 %"
   expect 3 "" size "$trace" --fits "latency 20 ms" --junit no-folder/fits.xml
 }
 case_a_list_of_steps_is_taken_wherever_a_recording_is() {
@@ -1151,7 +1155,7 @@ case_size_refuses_bad_input() {
   expect 2 '"5" is no period' size drawn.csv --sampling 5
   expect 2 "must be above 0 % and below 100 %" size drawn.csv --rate "100 %"
   expect 3 "cannot be written" size "$source_dir/scenarios/recorded/small-paced30-basic.csv" --figure nowhere/curve.svg
-  expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
+  expect 2 "goes with a rate or a span" size drawn.csv --confidence "95 %"
   expect 2 '"drop" is none' size drawn.csv --what-if drop
   expect 2 'error: "budget 20": ' size drawn.csv --budget 20
   expect 2 "own-lane goes with none of the others but spread" size drawn.csv --what-if "own-lane 1.3, split 2"

@@ -32,21 +32,38 @@ struct SizeArguments {
   RecordingArguments recording;
 };
 
-/// --rate and --confidence; false on an error, which is then printed.
+/// What an option says, or the clause of --fits that says it instead; nullopt if both do, which is then printed.
+struct Asked {
+  std::string option, value;
+};
+std::optional<Asked> asked(const char* option, const std::string& value, const std::string& clause) {
+  if (clause.empty()) return Asked{option, value};
+  if (value.empty()) return Asked{"--fits", clause};
+  print({{option, 0, 0, "is said by --fits, too; leave out one of them"}});
+  return std::nullopt;
+}
+
+/// --rate, --per and --confidence; false on an error, which is then printed.
 bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
-  if (arguments.rate.empty() && arguments.per.empty() && !arguments.confidence.empty()) {
-    print({{"--confidence", 0, 0, "goes with --rate or --per, which say of what; for example --rate \"0.1 %\""}});
+  const SizeFits fits = options.fits.value_or(SizeFits{});
+  const std::optional<Asked> rate = asked("--rate", arguments.rate, fits.rate),
+                             per = asked("--per", arguments.per, fits.per),
+                             sure = asked("--confidence", arguments.confidence, fits.confidence);
+  if (!rate || !per || !sure) return false;
+  if (rate->value.empty() && per->value.empty() && !sure->value.empty()) {
+    print(
+        {{sure->option, 0, 0, "a confidence goes with a rate or a span, which say of what; for example --rate \"0.1 %\""}});
     return false;
   }
-  if (!arguments.rate.empty() && !(options.rate = share("--rate", arguments.rate))) return false;
-  if (!arguments.per.empty()) {
-    const std::optional<double> span = above_zero("--per", arguments.per, Dimension::time, "h");
+  if (!rate->value.empty() && !(options.rate = share(rate->option, rate->value))) return false;
+  if (!per->value.empty()) {
+    const std::optional<double> span = above_zero(per->option, per->value, Dimension::time, "h");
     if (!span) return false;
     constexpr double kLongest = 9e9;  // s, what fits into 64 bits of ns
     options.per = Duration{static_cast<std::int64_t>(std::min(*span, kLongest) * 1e9)};
   }
-  if (arguments.confidence.empty()) return true;
-  const std::optional<double> confidence = share("--confidence", arguments.confidence);
+  if (sure->value.empty()) return true;
+  const std::optional<double> confidence = share(sure->option, sure->value);
   options.confidence = confidence.value_or(options.confidence);
   return confidence.has_value();
 }
@@ -320,9 +337,10 @@ void add_size(Commands& commands) {
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--per", arguments.per, "\"1 h\": what latency has one late segment in so long at most, or --rate of them");
   command.option("--confidence", arguments.confidence, "how sure the rate or the span is to be, \"95 %\" (default)");
-  command.option("--fits", arguments.fits,
-                 "\"latency 20 ms, lead 2 ms, rings 64 32, map clocked\": whether what your program has is enough; else "
-                 "exit 1");
+  command.option(
+      "--fits", arguments.fits,
+      "\"latency 20 ms, lead 2 ms, rings 64 32, map clocked, per 1 h\": whether what your program has is enough; else "
+      "exit 1");
   command.option("--junit", arguments.junit, "file.xml: the verdict of --fits");
   command.flag("--spread", arguments.spread, "what if steps waited for their slots instead of following each other at once");
   command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");

@@ -131,6 +131,10 @@ TEST_CASE("what a program has is read clause by clause, and a mistake is named")
   CHECK(has.lead == Duration{-2 * ms});
   CHECK((has.rings->samples == 64 && has.rings->forces == 32));
   CHECK(has.map == "clocked");
+  const SizeFits for_long = *parse_fits("per 1 h, latency 20 ms,confidence 90 %, rate 1 %");
+  CHECK(for_long.per == "1 h");
+  CHECK(for_long.confidence == "90 %");
+  CHECK(for_long.rate == "1 %");
   for (const auto& [text, why] : std::initializer_list<std::pair<const char*, const char*>>{
            {"", "is none of"},
            {"map paper", "no latency, lead or rings"},
@@ -142,6 +146,8 @@ TEST_CASE("what a program has is read clause by clause, and a mistake is named")
            {"rings 64 32 16", "must follow"},
            {"rings 64 9999999999999999999999", "must follow"},
            {"map", "is none of"},
+           {"latency 20 ms, per", "is none of"},
+           {"per 1 h", "no latency, lead or rings"},
            {"latency 20 ms,", "is none of"}}) {
     INFO(text);
     const Result<SizeFits> wrong = parse_fits(text);

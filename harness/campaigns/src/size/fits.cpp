@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 #include "clauses.h"
 
@@ -35,6 +36,18 @@ std::string read_time(std::string_view word, std::string_view text, bool may_be_
   return {};
 }
 
+/// For what it has to be enough.
+constexpr std::pair<std::string_view, std::string SizeFits::*> kFor[] = {
+    {"rate", &SizeFits::rate}, {"per", &SizeFits::per}, {"confidence", &SizeFits::confidence}};
+
+std::string not_a_clause(std::string_view clause) {
+  return fmt::format(
+      "\"{}\" is none of \"latency 20 ms\", \"lead 2 ms\", \"rings 64 32\", \"map clocked\", \"rate 0.1 %\", \"per 1 h\" "
+      "and "
+      "\"confidence 95 %\"",
+      clause);
+}
+
 const SizeStrategy* strategy_of(const SizeRecord& record, const SizeFits& has) {
   if (!has.map) return strategy_to_use(record);
   const auto found = std::find_if(record.strategies.begin(), record.strategies.end(),
@@ -51,11 +64,12 @@ Result<SizeFits> parse_fits(std::string_view text) {
         if (word == "latency") return read_time(word, rest, false, has.latency);
         if (word == "lead") return read_time(word, rest, true, has.lead);
         if (word == "rings") return read_rings(rest, has);
-        if (word != "map" || rest.empty())
-          return fmt::format("\"{}\" is none of \"latency 20 ms\", \"lead 2 ms\", \"rings 64 32\" and \"map clocked\"",
-                             clause);
-        has.map = std::string(rest);
-        return {};
+        if (rest.empty()) return not_a_clause(clause);
+        if (word == "map") return has.map = std::string(rest), "";
+        for (const auto& [name, into] : kFor) {
+          if (word == name) return has.*into = rest, "";
+        }
+        return not_a_clause(clause);
       });
   if (!error.empty()) return Failure(error);
   if (!has.latency && !has.lead && !has.rings) return Failure("it says no latency, lead or rings that could fit");

@@ -11,14 +11,16 @@
 
 namespace evenstep {
 
-/// What a program has. At least one of them is given.
+/// What a program has: at least one of latency, lead and rings. And for what it has to be enough, if not for the recording.
 struct SizeFits {
   std::optional<std::string> map;         ///< default: the one that strategy_to_use names
   std::optional<Duration> latency, lead;  ///< the lead may be negative
   std::optional<RingSizes> rings;         ///< entries
+  std::string rate, per, confidence;      ///< as written, for the options of these names; may be empty
 };
 
-/// "latency 20 ms, lead 2 ms, rings 64 32, map clocked", in any order. The error says what is wrong.
+/// "latency 20 ms, lead 2 ms, rings 64 32, map clocked, per 1 h, confidence 95 %", in any order. The error says what is
+/// wrong.
 Result<SizeFits> parse_fits(std::string_view text);
 
 }  // namespace evenstep
