@@ -168,6 +168,10 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
         "               least: any device phase {:.6f} ms (least lead {:.6f}, step {}), this phase {:.6f} ms "
         "(least lead {:.6f}, step {})\n",
         ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
+    if (const std::optional<TrustedLatency> trusted = trusted_latency(scenario, plan.kind)) {
+      if (trusted->per.refused.empty()) json["latency_for_an_hour_ns"] = trusted->per.latency.ns;
+      lines += fmt::format("               for an hour, 95 % sure: {}\n", text(*trusted));
+    }
     lines += fmt::format("               with these: {} samples missing, {} forces late\n", worst.interaction_underruns,
                          worst.late_forces);
   }

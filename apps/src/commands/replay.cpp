@@ -55,9 +55,8 @@ bool choose_strategies(const ReplayArguments& arguments, Scenario& scenario) {
   if (arguments.strategies.empty()) return true;
   std::vector<StrategyKind> chosen{scenario.live};
   for (const std::string& name : arguments.strategies) {
-    const auto is_it = [&](const StrategyTraits& traits) { return name == traits.name; };
-    const auto found = std::find_if(kAllStrategies.begin(), kAllStrategies.end(), is_it);
-    if (found == kAllStrategies.end()) {
+    const StrategyTraits* const found = strategy_named(name);
+    if (found == nullptr) {
       std::vector<std::string_view> known;
       for (const StrategyTraits& traits : kAllStrategies) known.emplace_back(traits.name);
       spdlog::error("--strategy: error: '{}' is no strategy{}", name, internal::suggestion(name, known));

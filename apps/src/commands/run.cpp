@@ -10,6 +10,7 @@
 
 #include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
+#include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/run_folder.h"
@@ -272,12 +273,22 @@ void introduce(const Scenario& scenario, const std::string& limits, const RunArg
   std::fflush(stdout);
 }
 
+/// For report.html. (A live run has a timing of its own.)
+void put_trusted(const Scenario& scenario, RunRecord& record) {
+  for (StrategyRecord& strategy : record.strategies) {
+    const StrategyTraits* const traits = strategy_named(strategy.name);
+    const auto trusted = traits != nullptr ? trusted_latency(scenario, traits->kind) : std::nullopt;
+    if (trusted) strategy.latency.trusted = text(*trusted);
+  }
+}
+
 /// Writes the run folder, and keeps the summary for --json.
 void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outcome, const std::string& reproduce,
           Call& call) {
   std::vector<FolderFile> also;
   if (call.arguments.trace_json && !outcome.record.strategies.empty())
     also.push_back({"trace.json", [&](std::ostream& out) { trace_json(outcome.record, out); }});
+  if (call.arguments.clock != "wall") put_trusted(scenario, outcome.record);
   const std::string error = write_run_folder(folder, scenario, outcome, reproduce, also);
   if (!error.empty()) {
     spdlog::error("error: {}", error);

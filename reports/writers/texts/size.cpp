@@ -195,9 +195,7 @@ std::string per(const SizeRecord& record) {
     if (!strategy.per) continue;
     const SizePer& one = *strategy.per;
     if (!one.refused.empty()) {
-      const std::string why = strategy.trust.one_process() ? one.refused : internal::not_one_process(strategy.trust);
-      out += fmt::format("  {:<13} nothing: {}{}\n", strategy.name, why,
-                         one.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(one.to_record)) : "");
+      out += fmt::format("  {:<13} nothing: {}\n", strategy.name, internal::why_refused(one, strategy.trust));
       continue;
     }
     out += fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>16.6f}   {}\n", strategy.name, ms(one.latency), ms(one.lead),

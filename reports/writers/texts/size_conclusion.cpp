@@ -244,6 +244,11 @@ std::string not_one_process(const SizeTrust& trust) {
   return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
 }
 
+std::string why_refused(const SizePer& per, const SizeTrust& trust) {
+  return (trust.one_process() ? per.refused : not_one_process(trust)) +
+         (per.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(per.to_record)) : "");
+}
+
 std::string hitches_text(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);
   if (use == nullptr || record.hitches.empty()) return "";
@@ -275,4 +280,11 @@ std::string conclusion_text(const SizeRecord& record) {
 }
 
 }  // namespace internal
+
+std::string text(const TrustedLatency& latency) {
+  if (!latency.per.refused.empty()) return "cannot be known: " + internal::why_refused(latency.per, latency.trust);
+  return fmt::format("{:.6f} ms with a lead of {:.6f} ms", internal::ms(latency.per.latency),
+                     internal::ms(latency.per.lead));
+}
+
 }  // namespace evenstep

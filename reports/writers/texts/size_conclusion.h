@@ -12,9 +12,11 @@ constexpr double kSmooth =
 
 inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
-/// The kinds of hitches, and what latency would do without each.
 /// Why a recording is not one process, as far as it can tell.
 std::string not_one_process(const SizeTrust& trust);
+/// Why there is no latency for a span of time, and how much more of the recording would do.
+std::string why_refused(const SizePer& per, const SizeTrust& trust);
+/// The kinds of hitches, and what latency would do without each.
 std::string hitches_text(const SizeRecord& record);
 /// What the latency and the drawings would be with other pauses; empty if not requested.
 std::string what_if_text(const SizeRecord& record);

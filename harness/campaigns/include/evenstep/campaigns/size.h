@@ -43,6 +43,10 @@ struct SizeResult {
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
+/// For a strategy that remaps, over the timing of its scenario. A timing in which nothing varies is the same for ever; empty
+/// for a gate, which changes the timing instead of missing anything.
+std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind);
+
 /// `--seeds`: the scenario with many seeds, which are the items of a campaign in shards (parts.h). A line has what each
 /// segment of a seed needs of each map, so one campaign answers every rate and confidence.
 struct SizeSeedsOptions : PartOptions {
