@@ -179,7 +179,7 @@ std::string sure_row(const SizeRecord& record, const SizeStrategy& strategy) {
   const std::string name = fmt::format("  {:.6g} % sure", 100 * record.confidence);
   if (strategy.rate->sure) return rate_row(name, *strategy.rate->sure);
   const SizeTrust& trust = strategy.trust;
-  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, internal::not_one_process(trust));
+  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, not_one_process(trust));
   return fmt::format(
       "  {:<13} nothing: too short, {} segments say as much as {} independent ones; {} without any underrun are needed\n",
       name, trust.segments, trust.effective(), strategy.rate->segments_needed);

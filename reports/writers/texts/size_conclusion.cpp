@@ -117,8 +117,7 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
 std::string unseen(const SizeStrategy& use) {
   if (use.unseen.empty()) return "";
   const SizeUnseen all = use.all_unseen();
-  const std::string change =
-      use.trust.change ? "  No confidence is given: " + internal::not_one_process(use.trust) + "\n" : "";
+  const std::string change = use.trust.change ? "  No confidence is given: " + not_one_process(use.trust) + "\n" : "";
   return change + "  " + text(all) + (all.late == 0 ? "\n" : "\n  Expect the like of the next recording.\n");
 }
 
@@ -239,11 +238,6 @@ std::string fit_text(const SizeRecord& record) {
   return out + (fit.fits() ? "FITS\n" : "DOES NOT FIT\n");
 }
 
-std::string not_one_process(const SizeTrust& trust) {
-  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
-  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
-}
-
 std::string why_refused(const SizePer& per, const SizeTrust& trust) {
   return (trust.one_process() ? per.refused : not_one_process(trust)) +
          (per.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(per.to_record)) : "");
@@ -280,6 +274,11 @@ std::string conclusion_text(const SizeRecord& record) {
 }
 
 }  // namespace internal
+
+std::string not_one_process(const SizeTrust& trust) {
+  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
+  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
+}
 
 std::string text(const TrustedLatency& latency) {
   if (!latency.per.refused.empty()) return "cannot be known: " + internal::why_refused(latency.per, latency.trust);

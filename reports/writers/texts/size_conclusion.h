@@ -12,8 +12,6 @@ constexpr double kSmooth =
 
 inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
-/// Why a recording is not one process, as far as it can tell.
-std::string not_one_process(const SizeTrust& trust);
 /// Why there is no latency for a span of time, and how much more of the recording would do.
 std::string why_refused(const SizePer& per, const SizeTrust& trust);
 /// The kinds of hitches, and what latency would do without each.

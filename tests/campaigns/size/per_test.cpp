@@ -1,9 +1,9 @@
 // The latency for a span of time: upper bounds on quantiles that are known, in simulated recordings.
 #include "src/size/per.h"
 
+#include "evenstep/harness/trust.h"
 #include "processes.h"
 #include "src/size/tail.h"
-#include "src/size/trust.h"
 #include "traces.h"
 
 using namespace evenstep;

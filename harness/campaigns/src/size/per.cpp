@@ -6,8 +6,8 @@
 
 #include "evenstep/campaigns/size.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "tail.h"
-#include "trust.h"
 
 namespace evenstep::internal {
 namespace {

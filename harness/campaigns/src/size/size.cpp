@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "evenstep/recordings/step_list.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
@@ -21,7 +22,6 @@
 #include "own_clock.h"
 #include "per.h"
 #include "rate.h"
-#include "trust.h"
 #include "unseen.h"
 #include "what_if_rows.h"
 

@@ -49,7 +49,7 @@ struct SizeUnseen {
   Duration late_by, missing_by;        ///< how late a force and a sample were at worst; 0: never
 };
 
-/// How much the segments of a recording say about the next ones (harness/campaigns/src/size/trust.h).
+/// How much the segments of a recording say about the next ones (harness/include/evenstep/harness/trust.h).
 struct SizeTrust {
   std::int64_t segments = 0;
   double alike = 1;  ///< D: so many segments count as one, because late ones come together
@@ -63,6 +63,8 @@ struct SizeTrust {
   std::optional<Change> change;  ///< the segments before and after are not of one process
   bool one_process() const { return tested && !change; }
 };
+/// Why a recording is not one process, as far as it can tell.
+std::string not_one_process(const SizeTrust& trust);
 
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
