@@ -290,7 +290,8 @@ case_a_device_that_is_none_is_refused() {
   local evdev=(--set 'device.left.driver="evdev"' --set 'expect=[]' --allow-no-expectations
     --set 'device.left.evdev={ travel = ["0.2 m", "0 m", "0 m"] }')
   expect 3 "/dev/null: not an evdev device (/dev/input/event*)" run --clock wall --device /dev/null "$live" "${evdev[@]}"
-  expect 3 "/dev/input/event7777: No such file or directory" run --clock wall --device /dev/input/event7777 "$live" "${evdev[@]}"
+  expect 3 "/dev/input/event7777: No such file or directory" run --clock wall --device /dev/input/event7777 "$live" \
+    "${evdev[@]}"
   local newtons='expect=[{ signal = "left.force.phase_locked", metric = "jump_max", max = "1 N" }]' driver
   for driver in pid evdev; do
     expect 2 "driver = \"$driver\" knows none; write full_scale in $driver = { ... } of device \"left\"" check "$live" \
