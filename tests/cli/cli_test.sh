@@ -1068,6 +1068,37 @@ case_a_recording_of_a_live_run_is_replayed_as_far_as_it_is_whole() {
   cmp -s timing.csv whole.csv || fail "import and replay give other times"
   expect 3 "no/timing.csv: error: cannot be written" import first.rec --out no/timing.csv
 }
+case_errors_that_no_other_case_has_name_their_remedy() {
+  local live=$source_dir/scenarios/live/figure-1-spring.toml
+  expect 2 "there is no such schema; there are: scenario, summary" schema frob
+  expect 2 "is no folder; name one with run folders in it" index nowhere
+  expect 2 "is the recording of one run, and these are 2 scenarios" run --clock wall "$spring" "$live" --record r.rec
+  SOURCE_DATE_EPOCH=x expect 2 "'x' is no number of seconds since 1970" run "$spring"
+  expect 2 "which it does not on the virtual clock; add --clock wall" run "$spring" --scope
+  expect 2 "takes a scenario file, or --status and the folder of a sweep's parts" sweep
+  expect 2 "--of belongs to --shard auto" sweep "$spring" --of 3
+  expect 2 "the address of a service begins with ws://" devices --service nonsense
+  expect 2 "needs all cells; leave it out" study "$source_dir/scenarios/stiff/study-block.toml" --advise "5 % force" \
+    --shard 1/2
+  expect 0 "nothing is measured: a [case] runs its solvers without a loop" \
+    check "$source_dir/scenarios/stiff/s1-oscillator.toml" --cost
+  no_run_folder
+}
+case_check_says_what_sweep_rings_and_an_adaptive_latency_will_be() {
+  swept ''
+  expect 0 "  sweep        6 points: 3 seeds x 2 of remap.latency" check s.toml
+  expect 0 "               these are enough: this timing needs 14 and 8" check "$spring" --set 'remap.rings=[64, 32]'
+  expect 0 "               too small: this timing needs 14 and 8" check "$spring" --set 'remap.rings=[64, 3]' \
+    --set 'expect=[]'
+  expect 0 "               adaptive: from 0.000000 ms, 0.000000 to 100.000000 ms, 1 ms above all needs of 10 s" \
+    check "$spring" --set 'remap.latency="adaptive"' --set 'expect=[]'
+  # The sweep's status says the same of its points as its end does.
+  "$evenstep" sweep s.toml --out swept >out 2>err
+  grep '^  fail ' out >failed
+  [ "$(wc -l <failed)" -eq 3 ] || fail "not three failures"
+  expect 0 "6 of 6 points, 1 of 1 shards have begun" sweep --status swept
+  grep '^  fail ' out | cmp -s - failed || fail "the status tells other failures"
+}
 case_import_says_what_it_made_of_a_profile_and_what_it_left_out() {
   need_python
   python3 - <<'TRACE'
