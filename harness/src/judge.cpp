@@ -444,9 +444,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
+      const std::string_view driver = std::visit([](const auto& spec) { return spec.kName; }, device->driver);
       error(at.signal,
-            fmt::format("'{}' is in newtons, and PID knows none; write full_scale in pid = {{ ... }} of device \"{}\"",
-                        expectation.signal, device->name));
+            fmt::format(
+                "'{}' is in newtons, and driver = \"{}\" knows none; write full_scale in {} = {{ ... }} of device \"{}\"",
+                expectation.signal, driver, driver, device->name));
       continue;
     }
     if (compares_with_twin(expectation.metric) && has_hand(scenario)) {
