@@ -50,10 +50,10 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   local late=(--set 'timing.visualization="11 ms"' --set 'remap.latency="1 ms"')
   local asked='{ signal = "*.force.*", metric = "judged", min = 1 }'
   local jitter=$source_dir/scenarios/timing/jitter-10.toml
-  expect 0 "suffered     " run "$jitter" "${late[@]}" --set "expect=[$asked]"
+  expect 0 "went wrong   " run "$jitter" "${late[@]}" --set "expect=[$asked]"
   grep -qE '^strategy +latency +jump of hand +jump of force +late forces +missing samples +saturated$' out || fail "no table"
   grep -qE '^phase_locked +1\.00 ms .* [0-9]+ of [0-9]+ +0 +0$' out || fail "no late forces in the table"
-  grep -qE '^suffered     .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
+  grep -qE '^went wrong   .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
   grep -q '^expectations 1 of 1 hold; --verbose shows all$' out || fail "no count"
   ! grep -qE '^(growth|signal|solver waits)' out || fail "what --verbose prints"
   # Asked about, it is no surprise; what fails is shown.
@@ -61,7 +61,7 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   expect 1 "expectations 1 of 2 hold; --verbose shows all" run "$jitter" "${late[@]}" --set "expect=[$asked, $underruns]"
   grep -qE '^left\.force\.[a-z_]+ +underruns +[0-9]+ ' out || fail "what does not hold is not shown"
   ! grep -q "^[a-z_.]* *judged " out || fail "what holds is shown"
-  ! grep -q '^suffered.*forces late' out || fail "what is asserted is called not asserted"
+  ! grep -q '^went wrong.*forces late' out || fail "what is asserted is called not asserted"
   "$evenstep" run "$jitter" -v "${late[@]}" --set "expect=[$asked, $underruns]" -o here >out 2>err
   grep -q "^[a-z_.]* *judged " out && grep -q '^growth' out || fail "--verbose does not show all"
   [ -e here/summary.json ] || fail "-o is not --out"
@@ -725,7 +725,7 @@ assert fails["must_fail"] and all(one["why"] in text for one in fails["must_fail
 assert fails["saturation"][0]["cause"] == "clamp" and fails["errors"][0]["line"] > 0
 assert not opened["must_fail"] and not opened["saturation"] and not opened["errors"]
 for one in (fails, opened):
-    assert "left out     " + ", ".join(one["left_out"]) + "\n" in text
+    assert "not used     " + ", ".join(one["left_out"]) + "\n" in text
     assert f'  expectations {one["expectations"]}\n' in text and one["name"] in text and one["scene"] in text
     for strategy in one["strategies"]:
         assert f'{strategy["name"]:<12} lead {strategy["lead_ns"] / 1e6:.6f} ms, latency ' in text

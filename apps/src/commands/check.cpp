@@ -67,7 +67,7 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
   const std::string stability = stability_lines(scenario);
   facts.add("stability", stability, stability);
   const std::vector<std::string> absent = left_out(scenario.scene);
-  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
+  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  not used     {}\n", fmt::join(absent, ", ")));
   if (!std::holds_alternative<ForeignScene>(scenario.scene.body)) return;
   const std::vector<std::string> lacks = make_solver(scenario.solver, scenario.scene)->info().lacks;
   facts.add("solver_lacks", lacks, lacks.empty() ? "" : fmt::format("  lacks        {}\n", fmt::join(lacks, ", ")));
