@@ -270,7 +270,48 @@ case_json() {
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
 }
-case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
+case_repeat_and_permute_ties_say_what_was_compared() {
+  local trace
+  expect 0 "PASS" run "$spring" --repeat
+  trace=$(sed -n 's/^trace \([0-9a-f]*\) .*/\1/p' out)
+  [ ${#trace} -eq 16 ] && grep -qx "repeated: 2 runs, both with the trace $trace" out || fail "not what was compared"
+  ! grep -q '^permuted' out || fail "a permutation that was not asked for"
+  expect 0 "PASS" run "$spring" --permute-ties 3
+  grep -q '^permuted: 1 run, its simultaneous events in the order of seed 3; ' out || fail "does not say what was permuted"
+  ! grep -q '^repeated' out || fail "a second run that was not asked for"
+  expect 0 "repeated: 2 runs, both with the trace " run "$source_dir/scenarios/stiff/s1-oscillator-short-steps.toml" --repeat
+}
+case_a_folder_that_cannot_be_made_is_refused_before_anything_runs() {
+  local place
+  for place in /proc/x /dev/null/x; do
+    expect 3 "error: cannot make the run folder '$place': " run "$spring" --out $place
+    grep -q 'give a writable place with --out$' err || fail "no remedy"
+    ! grep -q 'filesystem error\|\.writing-\|done\|^trace' out err || fail "it ran, or the error is raw"
+    expect 3 "$place" advise "$source_dir/scenarios/recorded/small-paced30-basic.csv" --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of advise is raw"
+    swept ''
+    expect 3 "$place" sweep s.toml --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of sweep is raw"
+    expect 3 "$place" init $place/mine
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of init is raw"
+  done
+}
+case_what_is_printed_to_run_again_writes_to_the_same_folder() {
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
+  expect 1 "again: $evenstep run x.toml --seed 1 --out 'my runs/here'" run x.toml --out 'my runs/here'
+  rm -r 'my runs'
+  bash -c "$(sed -n 's/^again: //p' out)" >again 2>&1
+  [ $? -eq 1 ] && [ -s 'my runs/here/summary.json' ] || fail "does not do the same: $(cat again)"
+  # Of several scenarios each has a folder of its own in that of --out.
+  mkdir two && cp x.toml two/a.toml && cp x.toml two/b.toml
+  expect 1 "again: $evenstep run two/b.toml --seed 1 --out kept/b" run two --out kept
+}
+case_a_signal_that_cannot_be_judged_ends_check_and_run_alike() {
+  scenario 'expect = [{ signal = "left.force.direct", metric = "jump_max", max = "1 N" }]' '[[device]]' 'name = "left"' \
+    'force_limit = "1 N"' 'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }'
+  expect 2 "so its shape says nothing" run x.toml
+  expect 2 "cannot be judged" check x.toml
+}
 case_options_may_come_before_the_file() {
   expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"
 }

@@ -495,7 +495,10 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
   if (errors.empty()) {
     try {
       errors = explain(*read, facts);
-      ExitCode code = facts.json()["verdict"] == "open" ? ExitCode::pass : ExitCode::expectation_failed;
+      // As of a run: what cannot be judged is the scenario's mistake, not the program's failure.
+      ExitCode code = !errors.empty()                     ? ExitCode::usage
+                      : facts.json()["verdict"] == "open" ? ExitCode::pass
+                                                          : ExitCode::expectation_failed;
       if (arguments.cost) code = worse(code, explain_cost(*read, interrupted, facts));
       print(errors);
       return code;
