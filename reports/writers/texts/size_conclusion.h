@@ -1,5 +1,5 @@
 #pragma once
-/// The last parts of size_text.
+/// The answer of size_text, and its last parts.
 
 #include <string>
 
@@ -12,6 +12,8 @@ constexpr double kSmooth =
 
 inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
+/// Which map to use with which latency, lead and rings: what is asked for, so it is printed first.
+std::string answer(const SizeRecord& record);
 /// Why a recording is not one process, as far as it can tell.
 std::string not_one_process(const SizeTrust& trust);
 /// Why there is no latency for a span of time, and how much more of the recording would do.
@@ -20,8 +22,8 @@ std::string why_refused(const SizePer& per, const SizeTrust& trust);
 std::string hitches_text(const SizeRecord& record);
 /// What the latency and the drawings would be with other pauses; empty if not requested.
 std::string what_if_text(const SizeRecord& record);
-/// Which map to use with which latency, why it needs that, and the scenario's tables for it.
-std::string conclusion_text(const SizeRecord& record);
+/// Why the map to use needs its latency, and the scenario's tables for it.
+std::string reasons_text(const SizeRecord& record);
 /// Whether what a program has is enough; empty if nobody asked.
 std::string fit_text(const SizeRecord& record);
 
