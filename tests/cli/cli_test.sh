@@ -1373,8 +1373,8 @@ case_record_draws_or_burns_where_it_is_told_to() {
 case_record_refuses_what_it_cannot_do_before_it_starts() {
   scenario
   expect 2 "--out is missing" record x.toml
-  expect 2 "there is no folder" record x.toml -o none/timing.csv
-  expect 2 "is a directory" record x.toml -o .
+  expect 3 "there is no folder 'none'; make it, or name another one" record x.toml -o none/timing.csv
+  expect 3 ".: error: is a directory, not a file; name a file in it" record x.toml -o .
   expect 2 "--seconds" record x.toml -o t.csv --seconds 0
   expect 2 "nowhere.toml" record nowhere.toml -o t.csv
   expect 2 "[case]" record "$source_dir/scenarios/stiff/s1-oscillator.toml" -o t.csv
