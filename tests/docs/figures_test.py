@@ -105,6 +105,18 @@ def recorded_timing():
                                                 (worst(scenario, "force", strategy, "jump_max"), 1e-3)])
 
 
+def reference_case():
+    page = "README.md"
+    table = rows(page, "| | direct | remapped |")
+    for row, scenario, metric, of_direct, of_maps in (
+            ("tissue, force against the ideal twin, worst device", "paper/figure-1", "deviation_from_ideal", 1e-3, 1e-6),
+            ("tissue, largest force change from one tick to the next", "paper/figure-1", "jump_max", 1e-3, 1e-3)):
+        direct, maps = table[row]
+        compare(page, row, "direct", direct, [(worst(scenario, "force", "direct", metric), of_direct)])
+        for strategy in ("paper", "phase_locked"):
+            compare(page, row, strategy, maps, [(worst(scenario, "force", strategy, metric), of_maps)])
+
+
 def what_it_reaches():
     page = "docs/choose/numerics.md"
     for row, cells in rows(page, "| recording | pause bound | any path").items():
@@ -121,6 +133,7 @@ def what_it_reaches():
 irregular_timing()
 if LONG:
     recorded_timing()
+    reference_case()
 else:
     what_it_reaches()
 if compared < 3:
