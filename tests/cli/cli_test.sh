@@ -50,10 +50,10 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   local late=(--set 'timing.visualization="11 ms"' --set 'remap.latency="1 ms"')
   local asked='{ signal = "*.force.*", metric = "judged", min = 1 }'
   local jitter=$source_dir/scenarios/timing/jitter-10.toml
-  expect 0 "suffered     " run "$jitter" "${late[@]}" --set "expect=[$asked]"
+  expect 0 "went wrong   " run "$jitter" "${late[@]}" --set "expect=[$asked]"
   grep -qE '^strategy +latency +jump of hand +jump of force +late forces +missing samples +saturated$' out || fail "no table"
   grep -qE '^phase_locked +1\.00 ms .* [0-9]+ of [0-9]+ +0 +0$' out || fail "no late forces in the table"
-  grep -qE '^suffered     .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
+  grep -qE '^went wrong   .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
   grep -q '^expectations 1 of 1 hold; --verbose shows all$' out || fail "no count"
   ! grep -qE '^(growth|signal|solver waits)' out || fail "what --verbose prints"
   # Asked about, it is no surprise; what fails is shown.
@@ -61,7 +61,7 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   expect 1 "expectations 1 of 2 hold; --verbose shows all" run "$jitter" "${late[@]}" --set "expect=[$asked, $underruns]"
   grep -qE '^left\.force\.[a-z_]+ +underruns +[0-9]+ ' out || fail "what does not hold is not shown"
   ! grep -q "^[a-z_.]* *judged " out || fail "what holds is shown"
-  ! grep -q '^suffered.*forces late' out || fail "what is asserted is called not asserted"
+  ! grep -q '^went wrong.*forces late' out || fail "what is asserted is called not asserted"
   "$evenstep" run "$jitter" -v "${late[@]}" --set "expect=[$asked, $underruns]" -o here >out 2>err
   grep -q "^[a-z_.]* *judged " out && grep -q '^growth' out || fail "--verbose does not show all"
   [ -e here/summary.json ] || fail "-o is not --out"
@@ -270,7 +270,48 @@ case_json() {
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
 }
-case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
+case_repeat_and_permute_ties_say_what_was_compared() {
+  local trace
+  expect 0 "PASS" run "$spring" --repeat
+  trace=$(sed -n 's/^trace \([0-9a-f]*\) .*/\1/p' out)
+  [ ${#trace} -eq 16 ] && grep -qx "repeated: 2 runs, both with the trace $trace" out || fail "not what was compared"
+  ! grep -q '^permuted' out || fail "a permutation that was not asked for"
+  expect 0 "PASS" run "$spring" --permute-ties 3
+  grep -q '^permuted: 1 run, its simultaneous events in the order of seed 3; ' out || fail "does not say what was permuted"
+  ! grep -q '^repeated' out || fail "a second run that was not asked for"
+  expect 0 "repeated: 2 runs, both with the trace " run "$source_dir/scenarios/stiff/s1-oscillator-short-steps.toml" --repeat
+}
+case_a_folder_that_cannot_be_made_is_refused_before_anything_runs() {
+  local place
+  for place in /proc/x /dev/null/x; do
+    expect 3 "error: cannot make the run folder '$place': " run "$spring" --out $place
+    grep -q 'give a writable place with --out$' err || fail "no remedy"
+    ! grep -q 'filesystem error\|\.writing-\|done\|^trace' out err || fail "it ran, or the error is raw"
+    expect 3 "$place" advise "$source_dir/scenarios/recorded/small-paced30-basic.csv" --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of advise is raw"
+    swept ''
+    expect 3 "$place" sweep s.toml --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of sweep is raw"
+    expect 3 "$place" init $place/mine
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of init is raw"
+  done
+}
+case_what_is_printed_to_run_again_writes_to_the_same_folder() {
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
+  expect 1 "again: $evenstep run x.toml --seed 1 --out 'my runs/here'" run x.toml --out 'my runs/here'
+  rm -r 'my runs'
+  bash -c "$(sed -n 's/^again: //p' out)" >again 2>&1
+  [ $? -eq 1 ] && [ -s 'my runs/here/summary.json' ] || fail "does not do the same: $(cat again)"
+  # Of several scenarios each has a folder of its own in that of --out.
+  mkdir two && cp x.toml two/a.toml && cp x.toml two/b.toml
+  expect 1 "again: $evenstep run two/b.toml --seed 1 --out kept/b" run two --out kept
+}
+case_a_signal_that_cannot_be_judged_ends_check_and_run_alike() {
+  scenario 'expect = [{ signal = "left.force.direct", metric = "jump_max", max = "1 N" }]' '[[device]]' 'name = "left"' \
+    'force_limit = "1 N"' 'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }'
+  expect 2 "so its shape says nothing" run x.toml
+  expect 2 "cannot be judged" check x.toml
+}
 case_options_may_come_before_the_file() {
   expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"
 }
@@ -736,7 +777,7 @@ assert fails["must_fail"] and all(one["why"] in text for one in fails["must_fail
 assert fails["saturation"][0]["cause"] == "clamp" and fails["errors"][0]["line"] > 0
 assert not opened["must_fail"] and not opened["saturation"] and not opened["errors"]
 for one in (fails, opened):
-    assert "left out     " + ", ".join(one["left_out"]) + "\n" in text
+    assert "not used     " + ", ".join(one["left_out"]) + "\n" in text
     assert f'  expectations {one["expectations"]}\n' in text and one["name"] in text and one["scene"] in text
     for strategy in one["strategies"]:
         assert f'{strategy["name"]:<12} lead {strategy["lead_ns"] / 1e6:.6f} ms, latency ' in text
@@ -1435,8 +1476,8 @@ case_record_draws_or_burns_where_it_is_told_to() {
 case_record_refuses_what_it_cannot_do_before_it_starts() {
   scenario
   expect 2 "--out is missing" record x.toml
-  expect 2 "there is no folder" record x.toml -o none/timing.csv
-  expect 2 "is a directory" record x.toml -o .
+  expect 3 "there is no folder 'none'; make it, or name another one" record x.toml -o none/timing.csv
+  expect 3 ".: error: is a directory, not a file; name a file in it" record x.toml -o .
   expect 2 "--seconds" record x.toml -o t.csv --seconds 0
   expect 2 "nowhere.toml" record nowhere.toml -o t.csv
   expect 2 "[case]" record "$source_dir/scenarios/stiff/s1-oscillator.toml" -o t.csv

@@ -89,6 +89,16 @@ RunOptions options_of(const ReplayArguments& arguments, const InputLog& log, con
   return options;
 }
 
+/// The command that does this again.
+std::string again(const ReplayArguments& arguments) {
+  std::string command = fmt::format("{} replay {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& strategy : arguments.strategies) command += " --strategy " + shell_word(strategy);
+  if (arguments.before_damage) command += " --before-damage";
+  if (arguments.allow_degraded) command += " --allow-degraded";
+  if (!arguments.out.empty()) command += " --out " + shell_word(arguments.out);
+  return command;
+}
+
 RunOutcome run_again(const Scenario& scenario, RunOptions options) {
   Progress progress(isatty(STDERR_FILENO));
   options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
@@ -129,7 +139,7 @@ ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& i
     print(outcome.errors);
     return ExitCode::usage;
   }
-  const std::string reproduce = fmt::format("{} replay {}", arguments.program, shell_file(arguments.file));
+  const std::string reproduce = again(arguments);
   if (const std::string error = write_run_folder(folder, scenario, outcome, reproduce); !error.empty()) {
     spdlog::error("error: {}", error);
     outcome.exit = worse(outcome.exit, ExitCode::run_failed);

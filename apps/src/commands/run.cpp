@@ -53,8 +53,9 @@ struct RunArguments {
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
 
-/// The command that runs this again.
-std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
+/// The command that runs this again, into the same folder if that was named. What changes neither the run nor its verdict
+/// is left out: what it prints, and other files that it writes, such as a recording, which would be overwritten.
+std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario, const std::string& folder) {
   std::string command = fmt::format("{} run {} --seed {}", arguments.program, shell_file(scenario.file), scenario.seed);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
@@ -63,9 +64,22 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   if (arguments.cores_may_sleep) command += " --cores-may-sleep";
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
+  if (!arguments.out.empty()) command += " --out " + shell_word(folder);
   if (arguments.allow_no_expectations) command += " --allow-no-expectations";
   if (arguments.allow_degraded) command += " --allow-degraded";
   return command;
+}
+
+/// What --repeat and --permute-ties have looked at, which otherwise says nothing where all is well.
+std::string compared_lines(const RunOutcome& outcome) {
+  std::string lines;
+  if (outcome.repeated && outcome.repeat_difference.empty())
+    lines += fmt::format("repeated: 2 runs, both with the trace {:016x}\n", outcome.record.trace_hash);
+  if (outcome.ties)
+    lines += fmt::format(
+        "permuted: 1 run, its simultaneous events in the order of seed {}; judged as any run, compared with no other\n",
+        *outcome.ties);
+  return lines;
 }
 
 void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::string& folder) {
@@ -74,6 +88,7 @@ void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::
   fmt::print("{}", case_table(record));
   fmt::print("trace {:016x}   {} cells, each on two schedules, in {:.2f} s CPU\n", outcome.record.trace_hash, cells,
              outcome.cpu_seconds);
+  fmt::print("{}", compared_lines(outcome));
   fmt::print("figures and data in {}\n", folder);
 }
 
@@ -137,6 +152,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
     fmt::print("trace {:016x}   {} {}, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), outcome.record.strategies.size() == 1 ? "strategy" : "strategies",
                simulated_text(scenario, outcome), outcome.cpu_seconds);
+    fmt::print("{}", compared_lines(outcome));
     if (verbose)
       fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
                  outcome.solver_seconds);
@@ -371,7 +387,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     outcome.failure = objection;
     outcome.record.scenario = scenario.name;
     outcome.record.file = file;
-    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario, folder)));
     return outcome;
   }
   options.origin = origin_of(file, call);
@@ -380,12 +396,12 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   if (!run_watched(scenario, options, arguments, outcome)) {
     outcome.record.scenario = scenario.name;
     outcome.record.file = file;
-    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario, folder)));
     return outcome;
   }
   outcome.record.origin = options.origin;
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
-  const std::string reproduce = reproduce_command(arguments, scenario);
+  const std::string reproduce = reproduce_command(arguments, scenario, folder);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
     print_outcome(scenario, outcome, folder, arguments.program, reproduce, arguments.verbose);

@@ -57,7 +57,7 @@ Html summary_of(const RunPage& page) {
   Html text;
   if (const Html sentence = sentence_of(page); !sentence.empty()) text += paragraph(sentence);
   if (!page.failure.empty()) text += element("p", {{"class", "stopped"}}, element("strong", "Stopped: ") + page.failure);
-  for (const std::string& one : page.suffered) text += paragraph(element("strong", "Suffered: ") + one);
+  for (const std::string& one : page.suffered) text += paragraph(element("strong", "Went wrong: ") + one);
   if (!page.remedy.empty()) text += paragraph(element("strong", "Remedy: ") + page.remedy);
   return text +
          element("p", {{"class", "quiet"}},

@@ -16,8 +16,8 @@ std::string heading(const SizeRecord& record) {
   if (from == "step") from = "of one step each: there is no cycle in it";
   if (from == "recording") from = "as recorded";
   if (from == "programmed") from = "as programmed";
-  std::string out = fmt::format("{}\n  {} steps in {} segments {}, {:.6g} s", record.input, record.steps, record.segments,
-                                from, seconds(record.length));
+  std::string out = fmt::format("{}\n{}\n  {} steps in {} segments {}, {:.6g} s", record.input, internal::answer(record),
+                                record.steps, record.segments, from, seconds(record.length));
   if (record.left_out > 0) out += fmt::format("; {} steps before the first long pause are left out", record.left_out);
   return out + fmt::format("\n  device period {:.6g} ms at any phase, forces {}, damping {:.6g} N s/m\n",
                            ms(record.sampling_period), record.interpolated ? "interpolated" : "held",
@@ -231,7 +231,7 @@ std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
          (record.per ? per(record) : "") + culprits(record) + (record.clock ? clock_text(*record.clock) : "") +
          (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
-         internal::conclusion_text(record) + internal::fit_text(record);
+         internal::reasons_text(record) + internal::fit_text(record);
 }
 
 }  // namespace evenstep

@@ -261,14 +261,21 @@ std::string hitches_text(const SizeRecord& record) {
   return out;
 }
 
-std::string conclusion_text(const SizeRecord& record) {
+std::string answer(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);
-  if (use == nullptr) return "\n  Conclusion: none. A map has slots once it has seen a whole segment; record more.\n";
-  const std::string pause = text(record.pause);
+  if (use == nullptr) return "  No map can be named: a map has slots once it has seen a whole segment; record more.\n";
   return fmt::format(
-             "\n  Conclusion\n  Use {} with a latency of {:.6f} ms: nothing underruns in this timing, at any phase of the "
-             "device. The loop\n  carries {}.\n",
-             use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
+      "  Use {} with a latency of {:.6f} ms, a lead of {:.6f} ms, and rings for {} samples and {} forces:\n  nothing "
+      "underruns in this timing, at any phase of the device. The loop carries {}.\n",
+      use->name, ms(use->any_phase.latency), ms(use->lead), use->interaction_capacity, use->force_capacity,
+      stiffness(record, use->any_phase.stiffness_limit_N_per_m));
+}
+
+std::string reasons_text(const SizeRecord& record) {
+  const SizeStrategy* use = strategy_to_use(record);
+  if (use == nullptr) return "";
+  const std::string pause = text(record.pause);
+  return fmt::format("\n  Why {} with {:.6f} ms\n", use->name, ms(use->any_phase.latency)) +
          (pause.empty() ? "" : "  " + pause + "\n") + worth(record, *use) + blame(record, *use) + compared(record, *use) +
          unseen(*use) + tables(record, *use);
 }
