@@ -185,6 +185,22 @@ Json json_of(const SizeWhatIf& one) {
   return out;
 }
 
+Json json_of(const SizeWorstOrder& worst) {
+  Json out = {{"span_ns", worst.span.ns}, {"hitches", worst.hitches}, {"most_in_a_span", worst.together}};
+  if (!worst.file.empty()) {
+    out["map"] = worst.map;
+    out["file"] = worst.file;
+  }
+  out["strategies"] = Json::object();
+  for (const SizeWorstOrder::Map& map : worst.maps)
+    out["strategies"][map.name] = {{"latency_ns", map.latency.ns},
+                                   {"lead_ns", map.lead.ns},
+                                   {"worst_latency_ns", map.worst_latency.ns},
+                                   {"worst_lead_ns", map.worst_lead.ns},
+                                   {"orders_tried", map.tried}};
+  return out;
+}
+
 Json json_of(const SizeFit& fit) {
   Json out = {{"map", fit.map}, {"fits", fit.fits()}};
   if (!fit.unknown.empty()) {
@@ -242,6 +258,7 @@ std::string size_json(const SizeRecord& record) {
     out["what_ifs"] = Json::array();
     for (const SizeWhatIf& one : record.what_ifs) out["what_ifs"].push_back(json_of(one));
   }
+  if (record.worst_order) out["worst_order"] = json_of(*record.worst_order);
   if (record.fit) out["fit"] = json_of(*record.fit);
   if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);

@@ -18,6 +18,8 @@ std::string not_one_process(const SizeTrust& trust);
 std::string hitches_text(const SizeRecord& record);
 /// What the latency and the drawings would be with other pauses; empty if not requested.
 std::string what_if_text(const SizeRecord& record);
+/// What latency the same segments need in the worst order found; empty if not requested.
+std::string worst_order_text(const SizeRecord& record);
 /// Which map to use with which latency, why it needs that, and the scenario's tables for it.
 std::string conclusion_text(const SizeRecord& record);
 /// Whether what a program has is enough; empty if nobody asked.

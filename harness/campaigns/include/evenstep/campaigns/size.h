@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,15 @@
 
 namespace evenstep {
 
+/// --worst-order: what if its hitches came together? Other orders of the recording's segments are searched for the one that
+/// needs the most latency (harness/campaigns/src/size/worst_order.h).
+struct WorstOrderAsked {
+  Duration span{1'000'000'000};    ///< no window so long has more hitches than the worst one of the recording
+  std::optional<std::string> map;  ///< only this one; default: all, and the order of the one to use is kept
+};
+/// "1 s, map paper"; the map may be left out. The error says what is wrong.
+Result<WorstOrderAsked> parse_worst_order(std::string_view text);
+
 struct SizeOptions {
   /// The rate of the device, which a recording does not contain; the device has a tick where the first step begins.
   Rate sampling{1000, 1};
@@ -31,12 +41,14 @@ struct SizeOptions {
   bool other_maps = false;        ///< also the maps that are there for comparison only
   std::vector<WhatIf> what_ifs;   ///< each gives a row
   bool adaptive = false;          ///< in these rows also a latency that adapts
+  std::optional<WorstOrderAsked> worst_order;
 };
 
 struct SizeResult {
   SizeRecord record;
   std::vector<SegmentTiming> segments;  ///< those that were sized
   std::vector<Diagnostic> errors;       ///< empty: the record is complete
+  std::vector<SegmentTiming> worst;     ///< the same in the worst order found, if somebody asked
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
