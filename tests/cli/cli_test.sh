@@ -1128,6 +1128,20 @@ case_size_finds_a_worst_order_that_a_run_can_play() {
   expect 2 "is the timing that --worst-order finds" size "$trace" --worst-timing worst.csv
   expect 3 "cannot be written" size "$trace" --worst-order "1 s, map paper" --worst-timing nowhere/worst.csv
 }
+case_size_of_every_schedule_within_bounds() {
+  local bounds="visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms"
+  # paper: 14 slots of 14/15 + 1.9 ms against 14 steps of 1.2 ms after 9 ms, and 14 + 1.9 ms + 14 times 1.9 - 1.8 ms.
+  expect 0 "paper             32.166665     14.866665   exact" size --within "$bounds, steps 15"
+  grep -q "linear             2.899999      0.999999   exact" out || fail "not the longest step and the device's period"
+  grep -q "phase_locked .* found, not proved" out || fail "no search"
+  expect 0 "a bound: enough for all of them" size --within "$bounds" --step-size "11.1 ms"
+  expect 0 '"how":"exact"' size --within "$bounds, steps 10 .. 20" --json --emission linear --sampling "2 kHz"
+  expect 2 "the first must not be above the second" size --within "step 2 ms .. 1 ms, steps 3"
+  expect 2 "it takes either" size --within "$bounds"
+  expect 2 "does not keep real time" size --within "$bounds" --step-size "1.9 ms"
+  expect 2 "so there is no file" size x.csv --within "$bounds, steps 15"
+  expect 2 "so there is no file" size --within "$bounds, steps 15" --rate "1 %"
+}
 case_a_list_of_steps_is_taken_wherever_a_recording_is() {
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv

@@ -27,7 +27,7 @@ struct SizeArguments {
   std::vector<std::string> set;
   std::vector<std::string> what_if, split, budget, pace, own_lane;
   std::string sampling, step_size, emission, damping, rate, confidence, per, fits, junit, figure, report, timing, seeds;
-  std::string worst_order, worst_timing;
+  std::string worst_order, worst_timing, within;
   PartArguments part;
   bool json = false, other_maps = false, adaptive = false, spread = false;
   RecordingArguments recording;
@@ -269,9 +269,40 @@ std::string seeds_objection(const SizeArguments& arguments) {
                           : "";
 }
 
+/// --within: for every schedule within bounds, without a file.
+ExitCode size_all_within(const SizeArguments& arguments, const SizeOptions& options) {
+  const auto what_ifs = what_if_options(arguments);
+  const bool other =
+      arguments.other_maps || arguments.adaptive || arguments.spread || arguments.part.in_parts() ||
+      !recording_words(arguments.recording).empty() || !arguments.set.empty() ||
+      std::any_of(what_ifs.begin(), what_ifs.end(), [](const auto& option) { return !option.second->empty(); });
+  const std::string* const words[] = {&arguments.file,   &arguments.damping, &arguments.rate,        &arguments.confidence,
+                                      &arguments.per,    &arguments.fits,    &arguments.worst_order, &arguments.junit,
+                                      &arguments.figure, &arguments.report,  &arguments.timing,      &arguments.seeds};
+  if (other || std::any_of(std::begin(words), std::end(words), [](const std::string* word) { return !word->empty(); })) {
+    print({{"--within", 0, 0,
+            "is for all schedules within bounds, so there is no file; it goes with --sampling, --emission, --step-size and "
+            "--json"}});
+    return ExitCode::usage;
+  }
+  const Result<WithinBounds> bounds = parse_within(arguments.within);
+  const Result<SizeWithin> sized = bounds ? size_within(*bounds, options) : Failure(bounds.error());
+  if (!sized) {
+    print({{"--within", 0, 0, sized.error()}});
+    return ExitCode::usage;
+  }
+  fmt::print("{}", arguments.json ? size_within_json(*sized) : size_within_text(*sized));
+  return ExitCode::pass;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (!arguments.within.empty()) {
+    const std::optional<SizeOptions> options = options_of(arguments);
+    return options ? size_all_within(arguments, *options) : ExitCode::usage;
+  }
   if (arguments.file.empty() == arguments.part.status.empty()) {
-    print({{"size", 0, 0, "takes a scenario or a recording, or --status and the folder of the parts of --seeds"}});
+    print({{"size", 0, 0,
+            "takes a scenario or a recording, or --within, or --status and the folder of the parts of --seeds"}});
     return ExitCode::usage;
   }
   if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "size");
@@ -388,6 +419,10 @@ void add_size(Commands& commands) {
       "orders of its segments");
   command.option("--worst-timing", arguments.worst_timing,
                  "file.csv: the worst order found, of the map to use or named, for [timing] trace");
+  command.option(
+      "--within", arguments.within,
+      "\"visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms, steps 10 .. 20\", without a file: what is enough for "
+      "every such schedule; with --step-size instead of steps, for a loop that keeps real time");
   command.flag("--other-maps", arguments.other_maps,
                "also JACK's loop and liblsl's line, for comparison (docs/choose/alternatives.md)");
   command.flag("--json", arguments.json, "the numbers instead of the table");

@@ -272,6 +272,24 @@ std::string size_json(const SizeRecord& record) {
   return json_text(out) + '\n';
 }
 
+std::string size_within_json(const SizeWithin& within) {
+  const auto range = [](const auto& one) { return Json{{"least", one.least.ns}, {"most", one.most.ns}}; };
+  Json out = {{"format", 1},
+              {"visualization_ns", range(within.visualization)},
+              {"step_ns", range(within.step)},
+              {"sampling_period_ns", within.sampling_period.ns},
+              {"emission", within.interpolated ? "linear" : "hold"}};
+  if (within.steps) out["steps"] = {{"least", within.steps->least}, {"most", within.steps->most}};
+  if (within.step_size) out["step_size_ns"] = within.step_size->ns;
+  out["strategies"] = Json::object();
+  for (const SizeWithin::Map& map : within.maps) {
+    Json& row = out["strategies"][map.name];
+    row = {{"how", name_of(map.how)}, {"latency_ns", map.latency.ns}, {"lead_ns", map.lead.ns}};
+    if (map.how == SizeWithin::How::found) row["schedules_tried"] = map.tried;
+  }
+  return json_text(out) + '\n';
+}
+
 std::string size_rates_json(const SizeRecord& record) {
   Json out = {{"format", 1}, {"input", record.input}, {"segments", record.segments}};
   out["rate"] = json_number(*record.rate);

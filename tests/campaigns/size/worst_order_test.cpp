@@ -1,6 +1,6 @@
 // The worst order of a recording's segments: against all orders of a short recording, and by rules that every order found
 // must keep.
-#include "src/size/worst_order.h"
+#include "src/schedules/worst_order.h"
 
 #include <algorithm>
 #include <map>

@@ -24,7 +24,7 @@
 #include "trust.h"
 #include "unseen.h"
 #include "what_if_rows.h"
-#include "worst_order.h"
+#include "src/schedules/worst_order.h"
 
 namespace evenstep {
 namespace {

@@ -20,7 +20,7 @@
 namespace evenstep {
 
 /// --worst-order: what if its hitches came together? Other orders of the recording's segments are searched for the one that
-/// needs the most latency (harness/campaigns/src/size/worst_order.h).
+/// needs the most latency (harness/campaigns/src/schedules/worst_order.h).
 struct WorstOrderAsked {
   Duration span{1'000'000'000};    ///< no window so long has more hitches than the worst one of the recording
   std::optional<std::string> map;  ///< only this one; default: all, and the order of the one to use is kept
@@ -54,6 +54,18 @@ struct SizeResult {
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
+
+/// `--within`: bounds of all schedules that are to be safe with one lead and latency (harness/campaigns/src/schedules/within.h).
+struct WithinBounds {
+  static constexpr std::int64_t kMostSteps = 1000;        ///< in a segment
+  static constexpr Duration kLongest{1'000'000'000'000};  ///< of a drawing or a step
+  SizeRange visualization, step;                          ///< a drawing may take no time, a step takes at least 1 ns
+  std::optional<SizeCounts> steps;                        ///< empty: a frame runs those that are due
+};
+/// "visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms, steps 10 .. 20". The error says what is wrong.
+Result<WithinBounds> parse_within(std::string_view text);
+/// Of the options it takes the sampling, the emission and, where there are no `steps`, the step size.
+Result<SizeWithin> size_within(const WithinBounds& bounds, const SizeOptions& options);
 
 /// `--seeds`: the scenario with many seeds, which are the items of a campaign in shards (parts.h). A line has what each
 /// segment of a seed needs of each map, so one campaign answers every rate and confidence.

@@ -187,7 +187,7 @@ struct SizeWhatIf {
   double simulated_against_real = 1, segments_lost = 0;
 };
 
-/// The same segments in the worst order found (harness/campaigns/src/size/worst_order.h).
+/// The same segments in the worst order found (harness/campaigns/src/schedules/worst_order.h).
 struct SizeWorstOrder {
   struct Map {
     std::string name;
@@ -261,6 +261,33 @@ struct SizeRecord {
   std::optional<SizeCycle> cycle;             ///< for a list of steps without segments
   std::optional<SizeClock> clock;             ///< if the recording has one, or a step size was given
 };
+
+struct SizeRange {
+  Duration least, most;
+};
+struct SizeCounts {
+  std::int64_t least = 0, most = 0;
+};
+/// One lead and latency for every schedule within bounds (harness/campaigns/src/schedules/within.h).
+struct SizeWithin {
+  SizeRange visualization, step;
+  std::optional<SizeCounts> steps;    ///< in a segment; empty: a frame runs those that are due
+  std::optional<Duration> step_size;  ///< then what a step simulates
+  Duration sampling_period;           ///< h
+  bool interpolated = false;
+  /// `exact`: enough for all, and one schedule needs it; `bound`: enough for all; `found`: the worst that a search found.
+  enum class How { exact, bound, found };
+  struct Map {
+    std::string name;
+    How how = How::exact;
+    Duration lead, latency;
+    std::int64_t tried = 0;  ///< schedules of the search
+  };
+  std::vector<Map> maps;
+};
+const char* name_of(SizeWithin::How how);
+std::string size_within_text(const SizeWithin& within);
+std::string size_within_json(const SizeWithin& within);
 
 const char* name_of(SizeHitches::What what);
 /// A sentence, of all parts played together.

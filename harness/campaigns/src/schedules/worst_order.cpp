@@ -6,10 +6,10 @@
 #include <deque>
 #include <numeric>
 
-#include "clauses.h"
 #include "evenstep/scheduler/random.h"
 #include "evenstep/text/quantity.h"
-#include "hitches.h"
+#include "src/size/clauses.h"
+#include "src/size/hitches.h"
 
 namespace evenstep {
 namespace internal {

@@ -4,8 +4,8 @@
 ///
 /// A segment is moved as a whole, with the time up to the next one. The first segments (an eighth of all, at most 60) stay
 /// where they are, because a map that has just begun is another matter; so does the last one, which may have been cut short.
-/// A segment counts as a hitch if it has a hitch (hitches.h), or is longer than the median by more than a tenth. In no
-/// window of the given span may more hitches begin than in the worst such window of the recording.
+/// A segment counts as a hitch if it has a hitch (src/size/hitches.h), or is longer than the median by more than a tenth. In
+/// no window of the given span may more hitches begin than in the worst such window of the recording.
 ///
 /// The search is over a stretch of at most 180 segments after those that stay: the maps forget the past within a second or
 /// two, so a longer one would find the same. What comes before and in the stretch is what the map sees, so no need found
