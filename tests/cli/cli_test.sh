@@ -1246,6 +1246,45 @@ case_size_judges_what_a_program_has() {
   expect 2 "--fits: error: a confidence goes with" size "$trace" --fits "latency 20 ms, confidence 90 %"
   expect 3 "" size "$trace" --fits "latency 20 ms" --junit no-folder/fits.xml
 }
+case_size_finds_a_worst_order_that_a_run_can_play() {
+  local trace=$source_dir/scenarios/recorded/paced30-pthread.csv
+  expect 0 "a worse one may exist" size "$trace" --worst-order "1 s, map phase_locked" --worst-timing worst.csv
+  local recorded worst
+  read -r recorded worst < <(awk '/worst order found/ { row = 1 } row && $1 == "phase_locked" { print $2, $4; exit }' out)
+  [ "$recorded" = 42.985883 ] || fail "not the latency of the recording, but $recorded"
+  # What was found is a timing like any other: its own size is what was said, and that of the recording does not fit it.
+  expect 0 "FITS" size worst.csv --fits "latency $worst ms, map phase_locked"
+  expect 1 "DOES NOT FIT" size worst.csv --fits "latency $recorded ms, map phase_locked"
+  scenario '[run]' 'strategies = ["phase_locked"]' '[timing]' 'trace = "worst.csv"' \
+    '[remap]' "latency = \"$recorded ms\""
+  sed -i '/extends/d' x.toml
+  printf '%s\n' '[scene]' 'kind = "spring"' 'stiffness = "200 N/m"' '[[device]]' 'name = "left"' \
+    'render = { kind = "force", emission = "hold" }' \
+    'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }' '[[expect]]' \
+    'signal = "left.force.phase_locked"' 'metric = "underruns"' 'equals = 0' >>x.toml
+  expect 1 "FAIL" run x.toml
+  expect 0 "PASS" run x.toml --set "remap.latency=$worst ms"
+  expect 0 '"worst_order":' size "$trace" --worst-order "1 s" --json
+  expect 2 "a span must stand there" size "$trace" --worst-order soon
+  expect 2 "--worst-order: error: \"map clock\" is none of paper, phase_locked" size "$trace" --worst-order "1 s, map clock"
+  expect 2 "a lane of their own" size "$source_dir/scenarios/recorded/concurrent-paced30-basic-sub9.csv" --worst-order "1 s"
+  expect 2 "is the timing that --worst-order finds" size "$trace" --worst-timing worst.csv
+  expect 3 "cannot be written" size "$trace" --worst-order "1 s, map paper" --worst-timing nowhere/worst.csv
+}
+case_size_of_every_schedule_within_bounds() {
+  local bounds="visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms"
+  # paper: 14 slots of 14/15 + 1.9 ms against 14 steps of 1.2 ms after 9 ms, and 14 + 1.9 ms + 14 times 1.9 - 1.8 ms.
+  expect 0 "paper             32.166665     14.866665   exact" size --within "$bounds, steps 15"
+  grep -q "linear             2.899999      0.999999   exact" out || fail "not the longest step and the device's period"
+  grep -q "phase_locked .* found, not proved" out || fail "no search"
+  expect 0 "a bound: enough for all of them" size --within "$bounds" --step-size "11.1 ms"
+  expect 0 '"how":"exact"' size --within "$bounds, steps 10 .. 20" --json --emission linear --sampling "2 kHz"
+  expect 2 "the first must not be above the second" size --within "step 2 ms .. 1 ms, steps 3"
+  expect 2 "it takes either" size --within "$bounds"
+  expect 2 "does not keep real time" size --within "$bounds" --step-size "1.9 ms"
+  expect 2 "so there is no file" size x.csv --within "$bounds, steps 15"
+  expect 2 "so there is no file" size --within "$bounds, steps 15" --rate "1 %"
+}
 case_a_list_of_steps_is_taken_wherever_a_recording_is() {
   awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
     "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv

@@ -27,6 +27,7 @@ struct SizeArguments {
   std::vector<std::string> set;
   std::vector<std::string> what_if, split, budget, pace, own_lane;
   std::string sampling, step_size, emission, damping, rate, confidence, per, fits, junit, figure, report, timing, seeds;
+  std::string worst_order, worst_timing, within;
   PartArguments part;
   bool json = false, other_maps = false, adaptive = false, spread = false;
   RecordingArguments recording;
@@ -121,6 +122,17 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
     }
     options.fits = *fits;
   }
+  if (!arguments.worst_order.empty()) {
+    const Result<WorstOrderAsked> asked = parse_worst_order(arguments.worst_order);
+    if (!asked) {
+      print({{"--worst-order", 0, 0, asked.error()}});
+      return std::nullopt;
+    }
+    options.worst_order = *asked;
+  } else if (!arguments.worst_timing.empty()) {
+    print({{"--worst-timing", 0, 0, "is the timing that --worst-order finds; for example --worst-order \"1 s\""}});
+    return std::nullopt;
+  }
   if (!read_rate(arguments, options) || !read_what_ifs(arguments, options)) return std::nullopt;
   return options;
 }
@@ -163,6 +175,8 @@ std::string again(const SizeArguments& arguments) {
     for (const std::string& value : *values) command += fmt::format(" --{} {}", name, shell_word(value));
   if (arguments.spread) command += " --spread";
   if (arguments.adaptive) command += " --adaptive";
+  option("--worst-order", arguments.worst_order);
+  option("--worst-timing", arguments.worst_timing);
   option("--timing", arguments.timing);
   option("--report", arguments.report);
   return command;
@@ -244,19 +258,51 @@ std::string seeds_objection(const SizeArguments& arguments) {
   const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
                      !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
                      !arguments.step_size.empty() || !arguments.per.empty() || !arguments.fits.empty() ||
-                     arguments.adaptive || arguments.spread || !recording_words(arguments.recording).empty();
+                     !arguments.worst_order.empty() || arguments.adaptive || arguments.spread ||
+                     !recording_words(arguments.recording).empty();
   const auto options = what_if_options(arguments);
   const bool what_if =
       std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
   return other || what_if ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, "
-                            "--damping, --per, --fits, "
+                            "--damping, --per, --fits, --worst-order, "
                             "what-ifs and what belongs to a recording"
                           : "";
 }
 
+/// --within: for every schedule within bounds, without a file.
+ExitCode size_all_within(const SizeArguments& arguments, const SizeOptions& options) {
+  const auto what_ifs = what_if_options(arguments);
+  const bool other =
+      arguments.other_maps || arguments.adaptive || arguments.spread || arguments.part.in_parts() ||
+      !recording_words(arguments.recording).empty() || !arguments.set.empty() ||
+      std::any_of(what_ifs.begin(), what_ifs.end(), [](const auto& option) { return !option.second->empty(); });
+  const std::string* const words[] = {&arguments.file,   &arguments.damping, &arguments.rate,        &arguments.confidence,
+                                      &arguments.per,    &arguments.fits,    &arguments.worst_order, &arguments.junit,
+                                      &arguments.figure, &arguments.report,  &arguments.timing,      &arguments.seeds};
+  if (other || std::any_of(std::begin(words), std::end(words), [](const std::string* word) { return !word->empty(); })) {
+    print({{"--within", 0, 0,
+            "is for all schedules within bounds, so there is no file; it goes with --sampling, --emission, --step-size and "
+            "--json"}});
+    return ExitCode::usage;
+  }
+  const Result<WithinBounds> bounds = parse_within(arguments.within);
+  const Result<SizeWithin> sized = bounds ? size_within(*bounds, options) : Failure(bounds.error());
+  if (!sized) {
+    print({{"--within", 0, 0, sized.error()}});
+    return ExitCode::usage;
+  }
+  fmt::print("{}", arguments.json ? size_within_json(*sized) : size_within_text(*sized));
+  return ExitCode::pass;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (!arguments.within.empty()) {
+    const std::optional<SizeOptions> options = options_of(arguments);
+    return options ? size_all_within(arguments, *options) : ExitCode::usage;
+  }
   if (arguments.file.empty() == arguments.part.status.empty()) {
-    print({{"size", 0, 0, "takes a scenario or a recording, or --status and the folder of the parts of --seeds"}});
+    print({{"size", 0, 0,
+            "takes a scenario or a recording, or --within, or --status and the folder of the parts of --seeds"}});
     return ExitCode::usage;
   }
   if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "size");
@@ -282,6 +328,10 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
     print({{"--fits", 0, 0, result.record.fit->refused}});
     return ExitCode::usage;
   }
+  if (result.record.worst_order && !result.record.worst_order->refused.empty()) {
+    print({{"--worst-order", 0, 0, result.record.worst_order->refused}});
+    return ExitCode::usage;
+  }
   const std::string figure = arguments.figure.empty() ? "" : size_svg(result.record);
   if (!arguments.figure.empty() && figure.empty()) {
     print({{arguments.figure, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
@@ -289,6 +339,10 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   }
   if (!figure.empty() && !write_text(arguments.figure, figure)) return ExitCode::run_failed;
   if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::run_failed;
+  if (!arguments.worst_timing.empty()) {
+    if (!write_text(arguments.worst_timing, format_timing_csv(result.worst))) return ExitCode::run_failed;
+    result.record.worst_order->file = arguments.worst_timing;
+  }
   if (!write_report(arguments, result.record)) return ExitCode::run_failed;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return result.record.fit ? judge_fit(arguments, result.record) : ExitCode::pass;
@@ -359,6 +413,16 @@ void add_size(Commands& commands) {
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
+  command.option(
+      "--worst-order", arguments.worst_order,
+      "\"1 s\", \"1 s, map paper\": what if its hitches came together, as many in so long as ever in it: searches "
+      "orders of its segments");
+  command.option("--worst-timing", arguments.worst_timing,
+                 "file.csv: the worst order found, of the map to use or named, for [timing] trace");
+  command.option(
+      "--within", arguments.within,
+      "\"visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms, steps 10 .. 20\", without a file: what is enough for "
+      "every such schedule; with --step-size instead of steps, for a loop that keeps real time");
   command.flag("--other-maps", arguments.other_maps,
                "also JACK's loop and liblsl's line, for comparison (docs/choose/alternatives.md)");
   command.flag("--json", arguments.json, "the numbers instead of the table");

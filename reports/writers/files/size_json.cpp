@@ -185,6 +185,22 @@ Json json_of(const SizeWhatIf& one) {
   return out;
 }
 
+Json json_of(const SizeWorstOrder& worst) {
+  Json out = {{"span_ns", worst.span.ns}, {"hitches", worst.hitches}, {"most_in_a_span", worst.together}};
+  if (!worst.file.empty()) {
+    out["map"] = worst.map;
+    out["file"] = worst.file;
+  }
+  out["strategies"] = Json::object();
+  for (const SizeWorstOrder::Map& map : worst.maps)
+    out["strategies"][map.name] = {{"latency_ns", map.latency.ns},
+                                   {"lead_ns", map.lead.ns},
+                                   {"worst_latency_ns", map.worst_latency.ns},
+                                   {"worst_lead_ns", map.worst_lead.ns},
+                                   {"orders_tried", map.tried}};
+  return out;
+}
+
 Json json_of(const SizeFit& fit) {
   Json out = {{"map", fit.map}, {"fits", fit.fits()}};
   if (!fit.unknown.empty()) {
@@ -242,6 +258,7 @@ std::string size_json(const SizeRecord& record) {
     out["what_ifs"] = Json::array();
     for (const SizeWhatIf& one : record.what_ifs) out["what_ifs"].push_back(json_of(one));
   }
+  if (record.worst_order) out["worst_order"] = json_of(*record.worst_order);
   if (record.fit) out["fit"] = json_of(*record.fit);
   if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);
@@ -252,6 +269,24 @@ std::string size_json(const SizeRecord& record) {
                     {"dropped_steps", clock->dropped},
                     {"drops", clock->drops},
                     {"simulated_per_real", json_number(clock->pace.simulated_per_real())}};
+  return json_text(out) + '\n';
+}
+
+std::string size_within_json(const SizeWithin& within) {
+  const auto range = [](const auto& one) { return Json{{"least", one.least.ns}, {"most", one.most.ns}}; };
+  Json out = {{"format", 1},
+              {"visualization_ns", range(within.visualization)},
+              {"step_ns", range(within.step)},
+              {"sampling_period_ns", within.sampling_period.ns},
+              {"emission", within.interpolated ? "linear" : "hold"}};
+  if (within.steps) out["steps"] = {{"least", within.steps->least}, {"most", within.steps->most}};
+  if (within.step_size) out["step_size_ns"] = within.step_size->ns;
+  out["strategies"] = Json::object();
+  for (const SizeWithin::Map& map : within.maps) {
+    Json& row = out["strategies"][map.name];
+    row = {{"how", name_of(map.how)}, {"latency_ns", map.latency.ns}, {"lead_ns", map.lead.ns}};
+    if (map.how == SizeWithin::How::found) row["schedules_tried"] = map.tried;
+  }
   return json_text(out) + '\n';
 }
 

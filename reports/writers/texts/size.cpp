@@ -231,7 +231,7 @@ std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
          (record.per ? per(record) : "") + culprits(record) + (record.clock ? clock_text(*record.clock) : "") +
          (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
-         internal::reasons_text(record) + internal::fit_text(record);
+         internal::worst_order_text(record) + internal::reasons_text(record) + internal::fit_text(record);
 }
 
 }  // namespace evenstep

@@ -20,6 +20,8 @@ std::string why_refused(const SizePer& per, const SizeTrust& trust);
 std::string hitches_text(const SizeRecord& record);
 /// What the latency and the drawings would be with other pauses; empty if not requested.
 std::string what_if_text(const SizeRecord& record);
+/// What latency the same segments need in the worst order found; empty if not requested.
+std::string worst_order_text(const SizeRecord& record);
 /// Why the map to use needs its latency, and the scenario's tables for it.
 std::string reasons_text(const SizeRecord& record);
 /// Whether what a program has is enough; empty if nobody asked.

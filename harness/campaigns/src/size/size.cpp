@@ -24,6 +24,7 @@
 #include "rate.h"
 #include "unseen.h"
 #include "what_if_rows.h"
+#include "src/schedules/worst_order.h"
 
 namespace evenstep {
 namespace {
@@ -78,7 +79,8 @@ class Sizer {
     if (steps_ > 1) slot_ = {(last_begin_ - first_begin_).ns / (steps_ - 1)};
   }
 
-  void size(SizeRecord& record) {
+  void size(SizeResult& result) {
+    SizeRecord& record = result.record;
     record.steps = steps_;
     record.segments = static_cast<std::int64_t>(input_.segments.size());
     record.visualizations = std::count_if(input_.segments.begin(), input_.segments.end(),
@@ -105,6 +107,9 @@ class Sizer {
     add_hitches(record);
     if (options_.fits) record.fit = internal::fit_of(*options_.fits, record, input_.setup, input_.segments);
     record.what_ifs = internal::what_if_rows(input_.setup, input_.segments, maps_, options_);
+    if (options_.worst_order)
+      record.worst_order =
+          internal::worst_orders(input_.setup, input_.segments, maps_, *options_.worst_order, record, result.worst);
   }
 
  private:
@@ -427,7 +432,7 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   SizeResult result;
   result.record.input = scenario.file;
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
-  Sizer(input, options).size(result.record);
+  Sizer(input, options).size(result);
   result.segments = std::move(input.segments);
   return result;
 }
@@ -488,7 +493,7 @@ SizeResult size_input(std::vector<SegmentTiming> segments, const std::string& na
   }
   for (const SegmentTiming& segment : input.segments)  // a step may end after the segment that follows its own
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
-  Sizer(input, options).size(record);
+  Sizer(input, options).size(result);
   shift_numbers(record);
   result.segments = std::move(input.segments);
   return result;

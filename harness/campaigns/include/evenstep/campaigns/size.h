@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,15 @@
 
 namespace evenstep {
 
+/// --worst-order: what if its hitches came together? Other orders of the recording's segments are searched for the one that
+/// needs the most latency (harness/campaigns/src/schedules/worst_order.h).
+struct WorstOrderAsked {
+  Duration span{1'000'000'000};    ///< no window so long has more hitches than the worst one of the recording
+  std::optional<std::string> map;  ///< only this one; default: all, and the order of the one to use is kept
+};
+/// "1 s, map paper"; the map may be left out. The error says what is wrong.
+Result<WorstOrderAsked> parse_worst_order(std::string_view text);
+
 struct SizeOptions {
   /// The rate of the device, which a recording does not contain; the device has a tick where the first step begins.
   Rate sampling{1000, 1};
@@ -31,12 +41,14 @@ struct SizeOptions {
   bool other_maps = false;        ///< also the maps that are there for comparison only
   std::vector<WhatIf> what_ifs;   ///< each gives a row
   bool adaptive = false;          ///< in these rows also a latency that adapts
+  std::optional<WorstOrderAsked> worst_order;
 };
 
 struct SizeResult {
   SizeRecord record;
   std::vector<SegmentTiming> segments;  ///< those that were sized
   std::vector<Diagnostic> errors;       ///< empty: the record is complete
+  std::vector<SegmentTiming> worst;     ///< the same in the worst order found, if somebody asked
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
@@ -46,6 +58,18 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 /// For a strategy that remaps, over the timing of its scenario. A timing in which nothing varies is the same for ever; empty
 /// for a gate, which changes the timing instead of missing anything.
 std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind);
+
+/// `--within`: bounds of all schedules that are to be safe with one lead and latency (harness/campaigns/src/schedules/within.h).
+struct WithinBounds {
+  static constexpr std::int64_t kMostSteps = 1000;        ///< in a segment
+  static constexpr Duration kLongest{1'000'000'000'000};  ///< of a drawing or a step
+  SizeRange visualization, step;                          ///< a drawing may take no time, a step takes at least 1 ns
+  std::optional<SizeCounts> steps;                        ///< empty: a frame runs those that are due
+};
+/// "visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms, steps 10 .. 20". The error says what is wrong.
+Result<WithinBounds> parse_within(std::string_view text);
+/// Of the options it takes the sampling, the emission and, where there are no `steps`, the step size.
+Result<SizeWithin> size_within(const WithinBounds& bounds, const SizeOptions& options);
 
 /// `--seeds`: the scenario with many seeds, which are the items of a campaign in shards (parts.h). A line has what each
 /// segment of a seed needs of each map, so one campaign answers every rate and confidence.

@@ -200,6 +200,22 @@ struct SizeWhatIf {
   double simulated_against_real = 1, segments_lost = 0;
 };
 
+/// The same segments in the worst order found (harness/campaigns/src/schedules/worst_order.h).
+struct SizeWorstOrder {
+  struct Map {
+    std::string name;
+    Duration latency, lead;              ///< in the order of the recording, at any phase of the device
+    Duration worst_latency, worst_lead;  ///< in the worst order found; never less
+    std::int64_t tried = 0;              ///< orders
+  };
+  std::string refused;                     ///< why there is no other order; then the rest says nothing
+  Duration span;                           ///< of the windows in which hitches are counted
+  std::int64_t hitches = 0, together = 0;  ///< segments; of them in the worst window of the recording, and of any order
+  std::string map;                         ///< the one whose order is written
+  std::string file;                        ///< where; empty: nowhere
+  std::vector<Map> maps;
+};
+
 /// Whether what a program has is enough (evenstep size --fits).
 struct SizeFit {
   std::string refused;  ///< why the question has no meaning here; then the rest says nothing
@@ -253,10 +269,38 @@ struct SizeRecord {
   std::vector<SizePath> other_jumps;  ///< of phase_locked with half and twice its [remap] jump; empty without this map
   std::vector<SizeHitches> hitches;   ///< in order of the longest excess
   std::vector<SizeWhatIf> what_ifs;   ///< empty if nobody asked
-  std::optional<SizeFit> fit;         ///< if somebody asked
-  std::optional<SizeCycle> cycle;     ///< for a list of steps without segments
-  std::optional<SizeClock> clock;     ///< if the recording has one, or a step size was given
+  std::optional<SizeWorstOrder> worst_order;  ///< if somebody asked
+  std::optional<SizeFit> fit;                 ///< if somebody asked
+  std::optional<SizeCycle> cycle;             ///< for a list of steps without segments
+  std::optional<SizeClock> clock;             ///< if the recording has one, or a step size was given
 };
+
+struct SizeRange {
+  Duration least, most;
+};
+struct SizeCounts {
+  std::int64_t least = 0, most = 0;
+};
+/// One lead and latency for every schedule within bounds (harness/campaigns/src/schedules/within.h).
+struct SizeWithin {
+  SizeRange visualization, step;
+  std::optional<SizeCounts> steps;    ///< in a segment; empty: a frame runs those that are due
+  std::optional<Duration> step_size;  ///< then what a step simulates
+  Duration sampling_period;           ///< h
+  bool interpolated = false;
+  /// `exact`: enough for all, and one schedule needs it; `bound`: enough for all; `found`: the worst that a search found.
+  enum class How { exact, bound, found };
+  struct Map {
+    std::string name;
+    How how = How::exact;
+    Duration lead, latency;
+    std::int64_t tried = 0;  ///< schedules of the search
+  };
+  std::vector<Map> maps;
+};
+const char* name_of(SizeWithin::How how);
+std::string size_within_text(const SizeWithin& within);
+std::string size_within_json(const SizeWithin& within);
 
 const char* name_of(SizeHitches::What what);
 /// A sentence, of all parts played together.
