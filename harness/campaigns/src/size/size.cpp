@@ -22,9 +22,9 @@
 #include "own_clock.h"
 #include "per.h"
 #include "rate.h"
+#include "src/schedules/worst_order.h"
 #include "unseen.h"
 #include "what_if_rows.h"
-#include "src/schedules/worst_order.h"
 
 namespace evenstep {
 namespace {

@@ -59,7 +59,8 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 /// for a gate, which changes the timing instead of missing anything.
 std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind);
 
-/// `--within`: bounds of all schedules that are to be safe with one lead and latency (harness/campaigns/src/schedules/within.h).
+/// `--within`: bounds of all schedules that are to be safe with one lead and latency
+/// (harness/campaigns/src/schedules/within.h).
 struct WithinBounds {
   static constexpr std::int64_t kMostSteps = 1000;        ///< in a segment
   static constexpr Duration kLongest{1'000'000'000'000};  ///< of a drawing or a step
