@@ -55,7 +55,8 @@ struct SizeResult {
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// `--within`: bounds of all schedules that are to be safe with one lead and latency (harness/campaigns/src/schedules/within.h).
+/// `--within`: bounds of all schedules that one lead and latency is to be enough for
+/// (harness/campaigns/src/schedules/within.h).
 struct WithinBounds {
   static constexpr std::int64_t kMostSteps = 1000;        ///< in a segment
   static constexpr Duration kLongest{1'000'000'000'000};  ///< of a drawing or a step
