@@ -39,7 +39,8 @@ void add_part_options(Command& command, PartArguments& arguments, const std::str
                  fmt::format("I/N: every N-th of the {} from the I-th on; auto: as the batch system says", items));
   command.option("--of", arguments.of, Range{1, kMostShards}, "N: how many shards there are, for --shard auto");
   command.option("--threads", arguments.threads, Range{0, 1024},
-                 fmt::format("{} side by side; 0 = one per core (results do not depend on it)", items));
+                 fmt::format("{}{} side by side; 0 (default) = one per core (results do not depend on it)",
+                             kind == "study" ? "with --shard or --resume, which measure " : "", items));
   command.flag("--resume", arguments.resume, fmt::format("go on where a {} was interrupted, or start", kind));
   command.option("--status", arguments.status, "folder of the parts: how far it has come; runs nothing");
 }

@@ -224,7 +224,12 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   result.signal = signal.name;
   result.max = expectation.max->number;
   const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
-  const std::int64_t needed = internal::clean_segments(most, *expectation.confidence);
+  const internal::RateBasis basis = internal::rate_basis(scenario, signal.kind);
+  if (!basis.refused.empty()) {
+    make_error(result, "nobody can be sure of a rate: " + basis.refused);
+    return result;
+  }
+  const std::int64_t needed = internal::clean_segments(most, *expectation.confidence, basis);
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
     make_error(result, seeds == 0 ? "no segment is judged"
@@ -234,11 +239,11 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   }
   const internal::RateCount count =
       internal::count_underrun_segments(scenario, signal, latency.lead, latency.latency, seeds);
-  const double rate = rate_at_most(count.hit, count.segments, *expectation.confidence);
+  const double rate = internal::underrun_rate_at_most(count, basis, *expectation.confidence);
   result.value = *in_unit(rate, result.unit, "1", 0, scenario.nominal);
   result.verdict = verdict_of(rate, {std::nullopt, most}, result.expect_fail);
-  result.detail =
-      fmt::format("{} of {} segments in {} seeds; {} clean ones would do", count.hit, count.segments, seeds, needed);
+  result.detail = fmt::format("{} of {} segments in {} seeds{}; {} clean ones would do", count.hit, count.segments, seeds,
+                              basis.alike > 1.05 ? fmt::format(", {:.2g} of which count as one", basis.alike) : "", needed);
   return result;
 }
 
@@ -439,9 +444,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
+      const std::string_view driver = std::visit([](const auto& spec) { return spec.kName; }, device->driver);
       error(at.signal,
-            fmt::format("'{}' is in newtons, and PID knows none; write full_scale in pid = {{ ... }} of device \"{}\"",
-                        expectation.signal, device->name));
+            fmt::format(
+                "'{}' is in newtons, and driver = \"{}\" knows none; write full_scale in {} = {{ ... }} of device \"{}\"",
+                expectation.signal, driver, driver, device->name));
       continue;
     }
     if (compares_with_twin(expectation.metric) && has_hand(scenario)) {

@@ -415,6 +415,7 @@ void add_recording_failure(RunOutcome& outcome) {
 /// Everything but the verdict of the run as a whole.
 RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
   RunOutcome outcome;
+  outcome.ties = options.control.permute_ties;
   outcome.errors = check_expectations(scenario);
   const bool live = options.clock == ClockKind::wall && !options.replayed;
   std::vector<Diagnostic> missing =
@@ -447,6 +448,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
         unrecorded.record_to.clear();
         run_once(scenario, unrecorded, again, difference);
         difference = compare(scenario, outcome.record, again);
+        outcome.repeated = !interrupted();
       }
       if (!options.replayed) end_early(outcome.record);
       if (difference.empty()) refuse_imbalance(outcome.record);  // a replay that differs from the run need not add up

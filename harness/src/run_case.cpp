@@ -77,8 +77,11 @@ void run_case(const Scenario& scenario, const RunOptions& options, RunOutcome& o
   outcome.record.trace_hash = hash_of(*outcome.case_record);
   outcome.metrics = measure(*outcome.case_record);
   const auto interrupted = [&] { return options.control.is_interrupted(); };
-  if (options.repeat && !interrupted() && hash_of(run_cells(scenario, options)) != outcome.record.trace_hash)
-    outcome.repeat_difference = "a second run of the same cells gave other digests; compare cells.csv of two runs";
+  if (options.repeat && !interrupted()) {
+    if (hash_of(run_cells(scenario, options)) != outcome.record.trace_hash)
+      outcome.repeat_difference = "a second run of the same cells gave other digests; compare cells.csv of two runs";
+    outcome.repeated = !interrupted();
+  }
   if (!interrupted()) outcome.results = judge(scenario, *outcome.case_record);
 }
 

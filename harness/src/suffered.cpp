@@ -100,7 +100,7 @@ std::vector<std::string> suffered(const RunOutcome& outcome) {
 
 std::string suffered_lines(const RunOutcome& outcome) {
   std::string lines;
-  for (const std::string& one : suffered(outcome)) lines += fmt::format("suffered     {}\n", one);
+  for (const std::string& one : suffered(outcome)) lines += fmt::format("went wrong   {}\n", one);
   return lines;
 }
 

@@ -1,11 +1,9 @@
 #include "write_folder.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
 #include <stdexcept>
+#include <system_error>
 
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/text/workshop.h"
@@ -22,6 +20,12 @@ bool replaceable(const fs::path& folder, const std::string& its_file) {
   if (is_ours() || !fs::exists(folder, error)) return true;
   const bool empty = fs::is_directory(folder, error) && fs::is_empty(folder, error);
   return (empty && !error) || !fs::exists(folder, error) || is_ours();
+}
+
+/// Not the error's own text, which names the hidden folder that is renamed to this one at the end.
+std::string cannot_make(const std::string& folder, const std::system_error& error) {
+  return fmt::format("cannot make the run folder '{}': {}; give a writable place with --out", folder,
+                     error.code().message());
 }
 
 }  // namespace
@@ -43,14 +47,11 @@ std::string run_folder_objection(const std::string& folder, const std::string& i
                          its_file);
     }
     fs::create_directories(path.parent_path());
-    if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {
-      return fmt::format("cannot write into '{}': {}; give a writable place with --out", path.parent_path().string(),
-                         std::strerror(errno));
-    }
+    // What is allowed is not always possible: in /proc nobody can make a folder. So one is made, as the run will do.
+    const internal::Workshop tried(path);
     return {};
-  } catch (const fs::filesystem_error& error) {
-    return fmt::format("cannot use '{}' as run folder: {}; give a writable place with --out", folder,
-                       error.code().message());
+  } catch (const std::system_error& error) {
+    return cannot_make(folder, error);
   }
 }
 
@@ -65,6 +66,8 @@ std::string write_folder(const std::string& folder, const std::vector<FolderFile
       throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
     workshop.put();
     return {};
+  } catch (const fs::filesystem_error& error) {
+    return cannot_make(folder, error);
   } catch (const std::exception& error) {
     return error.what();
   }

@@ -50,10 +50,10 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   local late=(--set 'timing.visualization="11 ms"' --set 'remap.latency="1 ms"')
   local asked='{ signal = "*.force.*", metric = "judged", min = 1 }'
   local jitter=$source_dir/scenarios/timing/jitter-10.toml
-  expect 0 "suffered     " run "$jitter" "${late[@]}" --set "expect=[$asked]"
+  expect 0 "went wrong   " run "$jitter" "${late[@]}" --set "expect=[$asked]"
   grep -qE '^strategy +latency +jump of hand +jump of force +late forces +missing samples +saturated$' out || fail "no table"
   grep -qE '^phase_locked +1\.00 ms .* [0-9]+ of [0-9]+ +0 +0$' out || fail "no late forces in the table"
-  grep -qE '^suffered     .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
+  grep -qE '^went wrong   .*left\.phase_locked: [0-9]+ of [0-9]+ forces late; nothing asserts this$' out || fail "not said"
   grep -q '^expectations 1 of 1 hold; --verbose shows all$' out || fail "no count"
   ! grep -qE '^(growth|signal|solver waits)' out || fail "what --verbose prints"
   # Asked about, it is no surprise; what fails is shown.
@@ -61,7 +61,7 @@ case_run_prints_a_line_per_strategy_what_does_not_hold_and_what_was_suffered() {
   expect 1 "expectations 1 of 2 hold; --verbose shows all" run "$jitter" "${late[@]}" --set "expect=[$asked, $underruns]"
   grep -qE '^left\.force\.[a-z_]+ +underruns +[0-9]+ ' out || fail "what does not hold is not shown"
   ! grep -q "^[a-z_.]* *judged " out || fail "what holds is shown"
-  ! grep -q '^suffered.*forces late' out || fail "what is asserted is called not asserted"
+  ! grep -q '^went wrong.*forces late' out || fail "what is asserted is called not asserted"
   "$evenstep" run "$jitter" -v "${late[@]}" --set "expect=[$asked, $underruns]" -o here >out 2>err
   grep -q "^[a-z_.]* *judged " out && grep -q '^growth' out || fail "--verbose does not show all"
   [ -e here/summary.json ] || fail "-o is not --out"
@@ -270,7 +270,48 @@ case_json() {
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
 }
-case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
+case_repeat_and_permute_ties_say_what_was_compared() {
+  local trace
+  expect 0 "PASS" run "$spring" --repeat
+  trace=$(sed -n 's/^trace \([0-9a-f]*\) .*/\1/p' out)
+  [ ${#trace} -eq 16 ] && grep -qx "repeated: 2 runs, both with the trace $trace" out || fail "not what was compared"
+  ! grep -q '^permuted' out || fail "a permutation that was not asked for"
+  expect 0 "PASS" run "$spring" --permute-ties 3
+  grep -q '^permuted: 1 run, its simultaneous events in the order of seed 3; ' out || fail "does not say what was permuted"
+  ! grep -q '^repeated' out || fail "a second run that was not asked for"
+  expect 0 "repeated: 2 runs, both with the trace " run "$source_dir/scenarios/stiff/s1-oscillator-short-steps.toml" --repeat
+}
+case_a_folder_that_cannot_be_made_is_refused_before_anything_runs() {
+  local place
+  for place in /proc/x /dev/null/x; do
+    expect 3 "error: cannot make the run folder '$place': " run "$spring" --out $place
+    grep -q 'give a writable place with --out$' err || fail "no remedy"
+    ! grep -q 'filesystem error\|\.writing-\|done\|^trace' out err || fail "it ran, or the error is raw"
+    expect 3 "$place" advise "$source_dir/scenarios/recorded/small-paced30-basic.csv" --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of advise is raw"
+    swept ''
+    expect 3 "$place" sweep s.toml --out $place
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of sweep is raw"
+    expect 3 "$place" init $place/mine
+    ! grep -q 'filesystem error\|\.writing-' out err || fail "the error of init is raw"
+  done
+}
+case_what_is_printed_to_run_again_writes_to_the_same_folder() {
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
+  expect 1 "again: $evenstep run x.toml --seed 1 --out 'my runs/here'" run x.toml --out 'my runs/here'
+  rm -r 'my runs'
+  bash -c "$(sed -n 's/^again: //p' out)" >again 2>&1
+  [ $? -eq 1 ] && [ -s 'my runs/here/summary.json' ] || fail "does not do the same: $(cat again)"
+  # Of several scenarios each has a folder of its own in that of --out.
+  mkdir two && cp x.toml two/a.toml && cp x.toml two/b.toml
+  expect 1 "again: $evenstep run two/b.toml --seed 1 --out kept/b" run two --out kept
+}
+case_a_signal_that_cannot_be_judged_ends_check_and_run_alike() {
+  scenario 'expect = [{ signal = "left.force.direct", metric = "jump_max", max = "1 N" }]' '[[device]]' 'name = "left"' \
+    'force_limit = "1 N"' 'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }'
+  expect 2 "so its shape says nothing" run x.toml
+  expect 2 "cannot be judged" check x.toml
+}
 case_options_may_come_before_the_file() {
   expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"
 }
@@ -287,6 +328,17 @@ case_a_device_that_is_none_is_refused() {
   expect 3 "not a hidraw device" run --clock wall --device /dev/null "$live"
   expect 3 'takes the address of a service with driver = "inverse3"' run --clock wall --device ws://127.0.0.1:1 "$live"
   expect 3 'takes an event node with driver = "evdev"' run --clock wall --device /dev/input/event0 "$live"
+  local evdev=(--set 'device.left.driver="evdev"' --set 'expect=[]' --allow-no-expectations
+    --set 'device.left.evdev={ travel = ["0.2 m", "0 m", "0 m"] }')
+  expect 3 "/dev/null: not an evdev device (/dev/input/event*)" run --clock wall --device /dev/null "$live" "${evdev[@]}"
+  expect 3 "/dev/input/event7777: No such file or directory" run --clock wall --device /dev/input/event7777 "$live" \
+    "${evdev[@]}"
+  local newtons='expect=[{ signal = "left.force.phase_locked", metric = "jump_max", max = "1 N" }]' driver
+  for driver in pid evdev; do
+    expect 2 "driver = \"$driver\" knows none; write full_scale in $driver = { ... } of device \"left\"" check "$live" \
+      --set "device.left.driver=\"$driver\"" --set "device.left.$driver={ travel = [\"0.2 m\", \"0 m\", \"0 m\"] }" \
+      --set "$newtons"
+  done
   expect 2 'no device "right", but left' run --clock wall --device right=/dev/hidraw0 "$live"
   expect 2 'given twice for "left"' run --clock wall --device /dev/hidraw0 --device left=/dev/hidraw1 "$live"
   expect 2 "needs --clock wall" run --device /dev/hidraw0 "$live"
@@ -444,6 +496,7 @@ case_diff_names_the_first_differing_event() {
 }
 case_check_explains_without_running() {
   expect 0 "least: any device phase" check "$spring"
+  expect 0 "for an hour, 95 % sure: 12.842222 ms with a lead of 0.259999 ms" check "$spring"
   no_run_folder
   expect 2 "error" check nowhere.toml
 }
@@ -724,7 +777,7 @@ assert fails["must_fail"] and all(one["why"] in text for one in fails["must_fail
 assert fails["saturation"][0]["cause"] == "clamp" and fails["errors"][0]["line"] > 0
 assert not opened["must_fail"] and not opened["saturation"] and not opened["errors"]
 for one in (fails, opened):
-    assert "left out     " + ", ".join(one["left_out"]) + "\n" in text
+    assert "not used     " + ", ".join(one["left_out"]) + "\n" in text
     assert f'  expectations {one["expectations"]}\n' in text and one["name"] in text and one["scene"] in text
     for strategy in one["strategies"]:
         assert f'{strategy["name"]:<12} lead {strategy["lead_ns"] / 1e6:.6f} ms, latency ' in text
@@ -1029,6 +1082,96 @@ case_fit_proposes_a_timing_that_check_accepts() {
   cat out >>fitted.toml
   expect 0 "segment 33.333333 ms" check fitted.toml
 }
+case_a_recording_of_a_live_run_is_replayed_as_far_as_it_is_whole() {
+  local live=$source_dir/scenarios/live/figure-1-spring.toml size third
+  expect 0 "NO VERDICT" run --clock wall --record first.rec "$live" --set 'run.duration="0.5 s"' --set 'expect=[]' \
+    --allow-no-expectations
+  expect 0 "the recorded inputs replay to the same trace" replay first.rec --strategy paper --timing whole.csv
+  grep -q '^recording    0.5 s of 0.5 s: ' out && ! grep -q '^EQUAL' out || fail "a whole recording is judged"
+  [ "$(grep -cE '^(phase_locked|paper|direct|ideal) ' out)" -eq 2 ] || fail "not the live strategy and the one asked for"
+  expect 2 "--strategy: error: 'papr' is no strategy; did you mean 'paper'?" replay first.rec --strategy papr
+  expect 3 "no/t.csv: error: cannot be written: there is no folder 'no'" replay first.rec --timing no/t.csv
+  size=$(stat -c %s first.rec)
+  third=$((size * 2 / 3))
+  head -c $third first.rec >cut.rec
+  expect 0 "it has no last block: its writer was killed, its disk was full, or the run failed" replay cut.rec
+  grep -qE '^EQUAL until 0\.[0-9]+ s; what follows until 0.5 s is not in the recording, and no expectation is judged$' out ||
+    fail "not said until when"
+  { head -c $third first.rec; printf 'XXXX'; tail -c +$((third + 5)) first.rec; } >bad.rec
+  expect 2 "has a wrong checksum: the file was changed, or its disk lost something; --before-damage replays" replay bad.rec
+  expect 0 " is damaged: what stands before it is replayed, and " replay bad.rec --before-damage --timing part.csv
+  head -n "$(($(wc -l <part.csv) - 5))" part.csv | cmp -s - <(head -n "$(($(wc -l <part.csv) - 5))" whole.csv) ||
+    fail "other times before the damage"
+  "$evenstep" replay first.rec --json >out 2>err || [ $? -eq 1 ] || fail "exit of --json"
+  grep -q '"file":"first.rec:scenario"' out && ! grep -q '^recording ' out || fail "not JSON alone"
+  # The same times by import, which needs no scenario.
+  expect 0 "first.rec: recording of a live run, " import first.rec
+  expect 0 "wrote timing.csv" import first.rec --out timing.csv
+  cmp -s timing.csv whole.csv || fail "import and replay give other times"
+  expect 3 "no/timing.csv: error: cannot be written" import first.rec --out no/timing.csv
+}
+case_errors_that_no_other_case_has_name_their_remedy() {
+  local live=$source_dir/scenarios/live/figure-1-spring.toml
+  expect 2 "there is no such schema; there are: scenario, summary" schema frob
+  expect 2 "is no folder; name one with run folders in it" index nowhere
+  expect 2 "is the recording of one run, and these are 2 scenarios" run --clock wall "$spring" "$live" --record r.rec
+  SOURCE_DATE_EPOCH=x expect 2 "'x' is no number of seconds since 1970" run "$spring"
+  expect 2 "which it does not on the virtual clock; add --clock wall" run "$spring" --scope
+  expect 2 "takes a scenario file, or --status and the folder of a sweep's parts" sweep
+  expect 2 "--of belongs to --shard auto" sweep "$spring" --of 3
+  expect 2 "the address of a service begins with ws://" devices --service nonsense
+  expect 2 "needs all cells; leave it out" study "$source_dir/scenarios/stiff/study-block.toml" --advise "5 % force" \
+    --shard 1/2
+  expect 0 "nothing is measured: a [case] runs its solvers without a loop" \
+    check "$source_dir/scenarios/stiff/s1-oscillator.toml" --cost
+  no_run_folder
+}
+case_check_says_what_sweep_rings_and_an_adaptive_latency_will_be() {
+  swept ''
+  expect 0 "  sweep        6 points: 3 seeds x 2 of remap.latency" check s.toml
+  expect 0 "               these are enough: this timing needs 14 and 8" check "$spring" --set 'remap.rings=[64, 32]'
+  expect 0 "               too small: this timing needs 14 and 8" check "$spring" --set 'remap.rings=[64, 3]' \
+    --set 'expect=[]'
+  expect 0 "               adaptive: from 0.000000 ms, 0.000000 to 100.000000 ms, 1 ms above all needs of 10 s" \
+    check "$spring" --set 'remap.latency="adaptive"' --set 'expect=[]'
+  # The sweep's status says the same of its points as its end does.
+  "$evenstep" sweep s.toml --out swept >out 2>err
+  grep '^  fail ' out >failed
+  [ "$(wc -l <failed)" -eq 3 ] || fail "not three failures"
+  expect 0 "6 of 6 points, 1 of 1 shards have begun" sweep --status swept
+  grep '^  fail ' out | cmp -s - failed || fail "the status tells other failures"
+}
+case_import_says_what_it_made_of_a_profile_and_what_it_left_out() {
+  need_python
+  python3 - <<'TRACE'
+import json
+spans = []
+for picture in range(60):
+    at = picture * 33333
+    spans.append(("render", at, 11000))
+    for step in range(5):
+        spans += [("step", at + 11000 + step * 4000, 3000), ("solve", at + 14100 + step * 4000, 800)]
+events = [{"ph": "X", "pid": 1, "tid": 1, "name": name, "ts": at, "dur": length} for name, at, length in spans]
+json.dump({"traceEvents": events}, open("trace.json", "w"))
+TRACE
+  expect 0 "guessed: --visualization '^render\$' --step '^solve\$|^step\$'" import trace.json
+  grep -qx 'trace.json: trace events (JSON), 660 intervals in 1.998 s' out || fail "no head"
+  grep -q 'where several make up one, say which it begins with: --step-begin$' out || fail "no word of --step-begin"
+  expect 0 "     300      800 us        4 ms  solve" import trace.json --list
+  expect 0 "left out: 600 intervals of other names, the first: step" import trace.json --visualization render
+  grep -qxF 'without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time "1.2 ms"' \
+    out || fail "nothing of the steps that are missing"
+  expect 0 "59 segments with 59 visualizations and 295 steps" import trace.json --visualization render --steps 5 \
+    --step-time "3 ms" -o timing.csv
+  expect 0 "295 steps" import timing.csv
+  expect 0 "merged: 300 intervals into the step or visualization that they are a part of" import trace.json \
+    --visualization render --step 'step|solve' --step-begin step
+  expect 2 "--steps: error: and --step-time go together" import trace.json --visualization render --steps 5
+  expect 2 "--step-time: error: must be above 0 s" import trace.json --visualization render --steps 5 --step-time "0 s"
+  expect 2 "'apples' is not a unit of time" import trace.json --visualization render --steps 5 --step-time "3 apples"
+  expect 2 "no name matches the visualization 'rendr'; there are 'solve' (300)" import trace.json --visualization rendr
+  expect 3 "no/t.csv: error: cannot be written: there is no folder 'no'" import trace.json -o no/t.csv
+}
 case_fit_says_when_to_replay() {
   local trace=$source_dir/scenarios/recorded/contended-free-basic.csv
   expect 0 "trace = \"$trace\"" fit "$trace"
@@ -1262,6 +1405,8 @@ case_advise_refuses_bad_input() {
   expect 2 "must be above 0 N s/m" advise "$trace" --damping "0 N s/m"
   expect 2 "must be above 0 % and below 100 %" advise "$trace" --rate "0 %"
   expect 2 '"10 Hz" is not between 100 and 100000 Hz' advise "$trace" --firmware-rate "10 Hz"
+  expect 2 '"1 V" is no period of at most 1 s, such as "1 ms", and no rate' advise "$trace" --step-size "1 V"
+  expect 2 "--step-size belongs to a recording" advise "$spring" --step-size "1 ms"
   expect 2 "compares no change of the simulator" advise "$trace" --what-if "split"
   expect 2 "belongs to a scenario" advise "$trace" --set run.seed=2
   expect 2 "belongs to a recording" advise "$spring" --sampling "1 ms"
@@ -1370,8 +1515,8 @@ case_record_draws_or_burns_where_it_is_told_to() {
 case_record_refuses_what_it_cannot_do_before_it_starts() {
   scenario
   expect 2 "--out is missing" record x.toml
-  expect 2 "there is no folder" record x.toml -o none/timing.csv
-  expect 2 "is a directory" record x.toml -o .
+  expect 3 "there is no folder 'none'; make it, or name another one" record x.toml -o none/timing.csv
+  expect 3 ".: error: is a directory, not a file; name a file in it" record x.toml -o .
   expect 2 "--seconds" record x.toml -o t.csv --seconds 0
   expect 2 "nowhere.toml" record nowhere.toml -o t.csv
   expect 2 "[case]" record "$source_dir/scenarios/stiff/s1-oscillator.toml" -o t.csv

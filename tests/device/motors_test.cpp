@@ -2,8 +2,12 @@
 #include <cmath>
 
 #include "catch.h"
+#include "evdev/evdev_bench.h"
+#include "evenstep/device/evdev/simulated_evdev.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/device/inverse3/inverse3_driver.h"
+#include "evenstep/device/inverse3/simulated_inverse3.h"
 #include "pid/pid_bench.h"
 
 using namespace evenstep;
@@ -190,5 +194,50 @@ TEST_CASE("a hand that leaves its reach is said once and its device can be stopp
     CHECK_THROWS_AS(bench.driver->read(bench.clock.now()), HandDiverged);
     bench.driver->stop();
     CHECK(is_still(bench.device.motors()));
+  }
+}
+
+TEST_CASE("a hand that leaves its reach while its device is stopped does not keep the device from being stopped") {
+  HandSpec thrown;
+  thrown.push_N = {100, 0, 0};  // 2 m away after 90 ms
+  const RealTime later{200 * kMs};
+  {
+    VirtualClock clock;
+    SimulatedTransport device(clock, Hand(thrown, {}), {});
+    ReferenceDriver driver(device);
+    driver.write({1, 0, 0});
+    clock.wait_until(later);
+    driver.stop();
+    CHECK(device.motors().force_N == glm::dvec3(0));
+  }
+  {
+    PidBench bench(pid_device(PidFlavour::mask), full_gain(), Hand(thrown, {}));
+    bench.driver->start();
+    bench.tick_at(0, {1, 0, 0});
+    bench.clock.wait_until(later);
+    bench.driver->stop();
+    CHECK(is_still(bench.device.motors()));
+  }
+  {
+    VirtualClock clock;
+    SimulatedEvdev device(clock, Hand(thrown, {}), {});
+    EvdevDriver driver(device, evdev_options());
+    driver.start();
+    driver.read(clock.now());
+    driver.write({1, 0, 0});
+    clock.wait_until(later);
+    driver.stop();
+    CHECK(is_still(device.motors()));
+  }
+  {
+    VirtualClock clock;
+    SimulatedInverse3 service(clock, Hand(thrown, {}), {});
+    Inverse3Driver driver(service, {});
+    driver.start();
+    driver.read(clock.now());
+    driver.write({1, 0, 0});
+    clock.wait_until(later);
+    driver.stop();
+    CHECK(service.motors().force_N == glm::dvec3(0));
   }
 }

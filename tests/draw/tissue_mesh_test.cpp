@@ -69,6 +69,35 @@ TEST_CASE("What a grab holds has the tool's colour, and what is fixed is grey") 
   CHECK(colours.size() == 3);
 }
 
+TEST_CASE("Each face of the block that is fixed is grey, and none that is not") {
+  const int n = 4;
+  TissueScene loose = block({n, n, n});
+  loose.fixed = FixedFaces::none();
+  const glm::vec3 tissue_colour = TissueMesh(loose, 0).mesh().colours.front();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool far : {false, true}) {
+      TissueScene tissue = loose;
+      FixedFaces& fixed = tissue.fixed;
+      (far         ? axis == 0   ? fixed.x_max
+                     : axis == 1 ? fixed.y_max
+                                 : fixed.z_max
+       : axis == 0 ? fixed.x_min
+       : axis == 1 ? fixed.y_min
+                   : fixed.z_min) = true;
+      const TissueMesh drawn(tissue, 0);
+      const Mesh& mesh = drawn.mesh();
+      int grey = 0;
+      for (std::size_t at = 0; at < mesh.positions_m.size(); ++at) {
+        const float end = far ? static_cast<float>(tissue.spacing_m * (n - 1)) : 0;
+        const bool on_face = std::abs(mesh.positions_m[at][axis] - end) < 1e-6F;
+        grey += mesh.colours[at] != tissue_colour;
+        CHECK((mesh.colours[at] != tissue_colour) == on_face);
+      }
+      CHECK(grey == n * n);
+    }
+  }
+}
+
 TEST_CASE("An arrow is as long as the force is large, points along it, and is never longer than the block") {
   const TissueScene tissue = with_tool(block({5, 5, 5}), CouplingKind::probe);
   TissueMesh drawn(tissue, 0.01);

@@ -234,6 +234,11 @@ TEST_CASE("A mistake in --set is reported as one, with the assignment") {
        "--set timing.visualization=22.2 m: error: 'visualization': 'm' is a unit of length, not of time"},
       {"timing.vis=22.2 ms",
        "--set timing.vis=22.2 ms: error: unknown key 'vis' in [timing]; did you mean 'visualization'?"},
+      {"latency=3",
+       "--set latency=3: error: unknown key 'latency' in the top of the file; such a key is recovery.latency, or "
+       "remap.latency"},
+      {"rate=3", "in the top of the file; such a key is device.NAME.rate, or timing.preemption.rate"},
+      {"timing.lead=3", "unknown key 'lead' in [timing]; such a key is remap.lead"},
       {"timing.steps=0", "--set timing.steps=0: error: 'steps': 0 is out of range"},
       {"timing.steps", "error: write path=value"},
       {"=3", "error: write path=value"},

@@ -236,6 +236,12 @@ TEST_CASE("Models that make no sense where they stand are refused with place and
       {lane + "steps = 15\nslowdown = 0.5", "'slowdown': 0.5 is out of range; it must be at least 1"},
       {lane + "steps = 15\nchanges = [{ at = \"1 s\", steps = 3 }]", "'steps' cannot change with order = \"concurrent\""},
       {lane + "steps = 15\nchanges = [{ at = \"1 s\", visualization = \"0 s\" }]", "needs one; write a longer time"},
+      {"order = \"concurrent\"\nvisualization = \"99999 s\"\nstep = \"1 ms\"",
+       "more than 1000000 steps of 1 ms come beside it, or become due; write a shorter time"},
+      {lane + "step = \"1 us\"\nchanges = [{ at = \"1 s\", visualization = \"2 s\" }]",
+       "more than 1000000 steps of 0.001 ms"},
+      {lane + "step = \"1 ms\"\nchanges = [{ at = \"1 s\", step = \"0.01 us\" }]", "more than 1000000 steps of 1e-05 ms"},
+      {lane + "step = \"1 ms\"\nhitch = { every = \"1 s\", visualization = \"1001 s\" }", "more than 1000000 steps of 1 ms"},
       {"order = \"concurrent\"\nvisualization = \"0 s\"\nsteps = 15", "'visualization': order = \"concurrent\" needs one"},
       {"trace = \"x.csv\"\nspikes = { rate = \"2 Hz\", cost = \"4 ms\" }", "'spikes' does not go with 'trace'"},
       {base + "order = \"sideways\"", "'order': \"sideways\" must be \"visualization-first\", \"steps-first\" or"},
@@ -308,6 +314,7 @@ TEST_CASE("A game's loop that cannot work, or a key that it does not have, is an
   check_game(free + "dropped_visualization = \"1 %\"\n", "'dropped_visualization': a frame without a visualization");
   check_game("loop = \"accumulator\"\nvisualization = \"0 ms\"\nstep = \"0.5 ms\"\n", "takes no time if no step is due");
   check_game(free + "changes = [{ at = \"1 s\", visualization = \"0 s\" }]\n", "takes no time if no step is due");
+  check_game(free + "changes = [{ at = \"1 s\", visualization = \"99999 s\" }]\n", "more than 1000000 steps of ");
   check_game(free + "changes = [{ at = \"1 s\", steps = 3 }]\n", "'steps' cannot change with loop = \"accumulator\"");
   check_game("loop = \"accumulator\"\nvisualization = \"4 ms\"\nstep = \"12 ms\"\n", "so each frame has more steps than");
   check_game(free + "changes = [{ at = \"1 s\", step = \"12 ms\" }]\n", "so each frame has more steps than");

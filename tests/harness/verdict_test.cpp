@@ -44,10 +44,10 @@ TEST_CASE("what a run suffered is said unless an expectation that was judged ask
   outcome.metrics["left.force.paper"] = {{"underruns", 4}, {"lost", 1}};
   outcome.metrics["left.force.direct"] = {{"lost", 1}};
   outcome.metrics["solver.paper"] = {{"non_finite", 3}};
-  const std::string late = "suffered     left.paper: 4 of 50 forces late, 1 reports lost; nothing asserts this\n",
-                    lost = "suffered     left.paper, left.direct: 1 reports lost; nothing asserts this\n",
-                    direct = "suffered     left.direct: 1 reports lost; nothing asserts this\n",
-                    solver = "suffered     paper: 3 values not finite; nothing asserts this\n";
+  const std::string late = "went wrong   left.paper: 4 of 50 forces late, 1 reports lost; nothing asserts this\n",
+                    lost = "went wrong   left.paper, left.direct: 1 reports lost; nothing asserts this\n",
+                    direct = "went wrong   left.direct: 1 reports lost; nothing asserts this\n",
+                    solver = "went wrong   paper: 3 values not finite; nothing asserts this\n";
   CHECK(suffered_lines(outcome) == late + solver + direct);
   const auto with = [&](const char* signal, const char* metric, Verdict verdict, const char* pattern = "") {
     RunOutcome asked = outcome;
@@ -76,7 +76,7 @@ TEST_CASE("a scene that moves faster than real time is said to suffer it unless 
   };
   // 450 steps a second, each of 1/90 s.
   CHECK_THAT(said("closed-loop/tissue-ripple.toml", ""),
-             Catch::StartsWith("suffered     direct: simulated time passes 5.") && Catch::Contains("nothing asserts this"));
+             Catch::StartsWith("went wrong   direct: simulated time passes 5.") && Catch::Contains("nothing asserts this"));
   CHECK(
       said("closed-loop/tissue-ripple.toml", ", { signal = \"solver.direct\", metric = \"simulated_per_real\", min = 4.9 }")
           .empty());

@@ -1,5 +1,6 @@
 // A live run through the connection to a Haply Inverse Service.
 #include <algorithm>
+#include <cstdio>
 #include <vector>
 
 #include "catch.h"
@@ -66,4 +67,23 @@ TEST_CASE("inverse3 socket: a live run goes on when its service was away for a m
   CHECK_FALSE(service.forces_x_N(1).empty());
   CHECK(service.forces_x_N(1).front() == 0);
   CHECK(service.force_N() == glm::dvec3(0));
+}
+
+TEST_CASE("inverse3 socket: evenstep devices lists an arm behind a service, and that another program uses it") {
+  ServiceOptions with;
+  with.in_use = true;
+  const Service service(with);
+  const auto devices = [&](const std::string& options) {
+    std::FILE* const out =
+        ::popen((std::string("'") + EVENSTEP_PROGRAM + "' devices --service " + service.address() + options).c_str(), "r");
+    REQUIRE(out);
+    std::string text;
+    for (int c = 0; (c = std::fgetc(out)) != EOF;) text += static_cast<char>(c);
+    CHECK(::pclose(out) == 0);
+    return text;
+  };
+  CHECK_THAT(devices(""), Catch::Contains(service.address() + "#049D  Haply Inverse3\n    reads 3 positions in metres") &&
+                              Catch::Contains("; another program uses it\n"));
+  CHECK_THAT(devices(" --json"), Catch::Contains("\"driver\": \"inverse3\"") && Catch::Contains("\"serial\": \"049D\""));
+  CHECK(service.forces_x_N().empty());
 }

@@ -48,6 +48,42 @@ TEST_CASE("the page of a sweep says at its top which states no point reached, an
   CHECK_THAT(page(), !Contains("id=\"states\""));
 }
 
+TEST_CASE("the page of a sweep says what it looked for, that it stopped early, what no point judged, and a swarm's faults") {
+  SweepHeader header;
+  header.name = "find";
+  header.seeds = {1, 2};
+  header.grid = {{"remap.latency", {"\"5 ms\"", "\"6 ms\""}}};
+  header.expectations = {{"left.force.direct", "late", "ms"}};
+  header.swarm = {"timing.spikes", "device.left.faults.0"};
+  header.find = SweepHeader::Find{0, true, "6 ms", 0};
+  SweepSummary summary;
+  summary.values.resize(1);
+  summary.stopped = true;
+  summary.find = SweepSummary::Find{1, true, 0};
+  summary.worst.resize(2);
+  summary.worst[0].point.faults_on = {"timing.spikes"};
+  summary.worst[0].point.expect.resize(1);
+  summary.worst[0].point.expect[0].value = 2.5;
+  summary.worst[0].expectation = 0;
+  summary.worst[1].point.failure = "stopped";
+  const auto page = [&] {
+    return sweep_page(
+        header, summary, [](const SweepPoint&) { return "again"; }, "fail", "evenstep sweep x");
+  };
+  CHECK_THAT(page(), Contains("The smallest remap.latency that passes for every seed: <strong>6 ms</strong>"));
+  CHECK_THAT(page(), Contains("At most 6 ms was asked for.") && Contains("It stopped early, after 0 of 4 points."));
+  CHECK_THAT(page(), Contains("faults: timing.spikes") && Contains("faults: none"));
+  CHECK_THAT(page(), Contains("</code> late 2.5 ms") && Contains("not run"));
+  summary.judged = {0};
+  CHECK_THAT(page(), !Contains("No point judged"));  // of a sweep that stopped
+  summary.complete = true;
+  CHECK_THAT(page(), Contains("No point judged left.force.direct late, as it applied to none."));
+  header.find->smallest = false;
+  CHECK_THAT(page(), Contains("The largest remap.latency") && Contains("At least 6 ms was asked for."));
+  summary.find->value.reset();
+  CHECK_THAT(page(), Contains("that passes for every seed: none."));
+}
+
 TEST_CASE("studies and sizes have pages without a verdict, with their tables") {
   StiffnessLimits limits;
   limits.scenario = "stiff";
@@ -63,6 +99,12 @@ TEST_CASE("studies and sizes have pages without a verdict, with their tables") {
   SizeRecord size;
   size.input = "timing.csv";
   CHECK_THAT(size_page(size, "evenstep size x"), Contains("timing.csv") && Contains("taut string"));
+  limits.limits = {{"below", StiffnessLimit::State::below, 11111, 22222, 0, 9},
+                   {"above", StiffnessLimit::State::above, 33333, 44444, 0, 9}};
+  limits.interrupted = true;
+  const std::string page = stiffness_page(limits, "");
+  CHECK_THAT(page, !Contains("11111") && Contains("22222") && Contains("33333") && !Contains("44444"));
+  CHECK_THAT(page, Contains("what was not measured is missing"));
 }
 
 }  // namespace

@@ -98,7 +98,16 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
       "\x7f"
       "ELF\x02\x01\x01",
       7);
+  // The same library, but for one field of its ELF header: e_machine is at byte 18, e_type at byte 16.
+  const auto changed = [&](const char* name, std::streamoff at, char to) {
+    fs::copy_file(module("none"), folder / name);
+    std::fstream(folder / name, std::ios::in | std::ios::out | std::ios::binary).seekp(at).put(to);
+    return (folder / name).string();
+  };
   for (const auto& [path, error] : std::vector<std::array<std::string, 2>>{
+           {changed("other.so", 18, '\x7f'), "was built for another processor"},
+           {changed("class.so", 4, '\x01'), "was built for another processor"},
+           {changed("program.so", 16, '\x02'), "is no shared object; link it with -shared"},
            {"nowhere/libmine.so", "'nowhere/libmine.so' No such file or directory"},
            {folder.string(), "is a folder"},
            {(folder / "text.so").string(), "is no shared object"},
@@ -112,6 +121,11 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
            {module("table_size"), "its table of solver functions has 64 bytes, and here it has 72"},
            {module("no_step"), "its solver has no function 'step', without which there is none"},
            {module("half_device"), "its device has no function 'read'"},
+           {module("half_map"), "its map has no function 'boundary'"},
+           {module("half_timing"), "its timing has no function 'create'"},
+           {module("map_size"), "its table of map functions has 64 bytes, and here it has 56"},
+           {module("timing_size"), "its table of timing functions has 40 bytes, and here it has 32"},
+           {module("empty_name"), "it has no name; set evenstep_plugin.name"},
            {module("no_name"), "it has no name; set evenstep_plugin.name"},
            {module("nothing"), "its evenstep_plugin_v1() returns nothing"},
            {module("entry_throws"), "its evenstep_plugin_v1() threw an exception"},

@@ -40,7 +40,10 @@ std::size_t greet() {
     char folder[4096];
     std::fprintf(stderr, "in %s, asked %s", getcwd(folder, sizeof folder), line);
   }
-  std::printf("{\"protocol\": 1, \"has\": [\"state_digest\", \"reset\"]}\n");
+  if (is("rich"))
+    std::printf("{\"protocol\": 1, \"has\": [\"contacts\", \"energy\"]}\n");
+  else
+    std::printf("{\"protocol\": 1, \"has\": [\"state_digest\", \"reset\"]}\n");
   std::fflush(stdout);
   return std::strstr(line, "\"tools\":2") == nullptr ? 1 : 2;
 }
@@ -67,7 +70,17 @@ void do_harm(Answer& answer, std::size_t size) {
     write_all(both.c_str(), both.size());
   }
   if (is("nan")) answer.force_N[0] = std::nan("");
+  if (is("status_1")) answer.status = 1;
+  if (is("status_2")) answer.status = 2;
   if (is("status")) std::fprintf(stderr, "the mesh is torn\n"), answer.status = 3;
+}
+
+/// One contact, at (1, 0, 0), which is all that is not 0 in it.
+void write_contact() {
+  char contact[136] = {};
+  const double one = 1;
+  std::memcpy(contact + 8, &one, sizeof one);
+  write_all(contact, sizeof contact);
 }
 
 }  // namespace
@@ -90,9 +103,12 @@ int main(int argc, char** argv) {
     answer.digest = digest;
     for (std::size_t i = 0; i < 3 * tools; ++i) answer.force_N[i] = -200 * x[i];
     if (is("chatty")) std::fprintf(stderr, "%s\n", std::string(100'000, 'c').c_str());
+    if (is("rich")) answer.energy_J = 0.5;
+    if (answer.n == 4 && (is("reads_no_more") || is("quits"))) close(0);
     if (answer.n == 5) do_harm(answer, size);
     if (!(answer.n == 5 && (is("rubbish") || is("more")))) write_all(reinterpret_cast<const char*>(&answer), size);
+    if (is("rich")) write_contact();
   }
-  if (is("stays")) sleep_forever();
+  if (is("stays") || is("reads_no_more")) sleep_forever();
   return 0;
 }

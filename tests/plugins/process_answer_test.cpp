@@ -1,6 +1,7 @@
 // The bytes of docs/parts/process-protocol.md.
 #include "src/process_answer.h"
 #include "catch.h"
+#include "src/excerpt.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;
@@ -59,4 +60,28 @@ TEST_CASE("The first line says what it is made for, and the answer what it can")
     INFO(line);
     CHECK_FALSE(read_greeting(line));
   }
+}
+
+TEST_CASE("Of what others wrote, whole characters of UTF-8 are shown, and of anything else a question mark for each byte") {
+  CHECK(excerpt("a ü 力 🙂", 40) == "a ü 力 🙂");
+  for (const auto& [text, shown] : std::vector<std::pair<std::string, std::string>>{
+           {"a\x1b[2J\n\x7f", "a?[2J??"},
+           {"\xc2\x9b", "??"},          // U+009B, with which a terminal's commands begin, too
+           {"\xc2\xa0|", "\xc2\xa0|"},  // the first that is none
+           {"\xc0\xaf", "??"},          // overlong forms of '/'
+           {"\xe0\x80\xaf", "???"},
+           {"\xf0\x80\x80\xaf", "????"},
+           {"\xed\xa0\x80", "???"},                   // a surrogate
+           {"\xed\x9f\xbf", "\xed\x9f\xbf"},          // U+D7FF, the last before them
+           {"\xf4\x8f\xbf\xbf", "\xf4\x8f\xbf\xbf"},  // U+10FFFF, the last of all
+           {"\xf4\x90\x80\x80", "????"},
+           {"\xf5\x80\x80\x80", "????"},
+           {"\xe5\x8a", "??"},  // cut off
+           {"\xe5\x8az", "??z"},
+           {"\x80", "?"}}) {
+    INFO(shown);
+    CHECK(excerpt(text, 40) == shown);
+  }
+  CHECK(excerpt("力力", 5) == "力...");  // no half of a character
+  CHECK(excerpt("abc", 3) == "abc");
 }

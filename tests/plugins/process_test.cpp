@@ -2,14 +2,19 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 
 #include "evenstep/plugins/process_solver.h"
 #include "support.h"
+#include "temporary_folder.h"
 
 using namespace evenstep;
 using namespace own_parts;
 using Catch::Contains;
+using evenstep::testing::TemporaryFolder;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -104,8 +109,91 @@ TEST_CASE("A process that goes wrong is a clear error, and nothing of it is left
       "text it begins 'AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA...'");
   CHECK(fault_of("more") == "has written 5 bytes that nobody asked for: 'debug'");
   CHECK(fault_of("status") == "answered with status 3; its standard error ends with: the mesh is torn");
+  CHECK(fault_of("status_1") == "answered with status 1");
+  // Nothing reads the sixth request, which would be a SIGPIPE for a program that does not keep it off.
+  CHECK(fault_of("reads_no_more", short_limit) == "has written 0 of the 56 bytes of its answer within 0.3 s");
+  CHECK(fault_of("quits") == "ended (exit status 0) after 0 of the 56 bytes of its answer");
   CHECK(fault_of("stays") == "nothing");
   CHECK(fault_of("has_child") == "nothing");
+}
+
+TEST_CASE("A write to a process that reads no more leaves no SIGPIPE behind, and takes none that was there before") {
+  sigset_t pipe_signal, before, pending;
+  sigemptyset(&pipe_signal);
+  sigaddset(&pipe_signal, SIGPIPE);
+  pthread_sigmask(SIG_BLOCK, &pipe_signal, &before);
+  const auto is_pending = [&] { return sigpending(&pending), sigismember(&pending, SIGPIPE) == 1; };
+  CHECK_FALSE(is_pending());
+  fault_of("quits");
+  CHECK_FALSE(is_pending());
+  raise(SIGPIPE);
+  fault_of("quits");
+  CHECK(is_pending());
+  const timespec at_once{};
+  sigtimedwait(&pipe_signal, nullptr, &at_once);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+TEST_CASE("Contacts and energy of a solver in a process arrive, and status 2 is bad input") {
+  const auto solver = process_solver(command("rich"))({});
+  CHECK(solver->capabilities().contacts);
+  solver->step(std::array{glm::dvec3(0)}, 1e-3);
+  CHECK(solver->energy_J() == 0.5);
+  REQUIRE(solver->contacts().size() == 1);
+  CHECK_FALSE(solver->contacts()[0].touching);
+  CHECK(solver->contacts()[0].point_m == glm::dvec3(1, 0, 0));
+  const auto refusing = process_solver(command("status_2"))({});
+  try {
+    for (int n = 0; n < 8; ++n) refusing->step(std::array{glm::dvec3(0)}, 1e-3);
+    FAIL("it should refuse");
+  } catch (const SolverError& error) {
+    CHECK(error.fault() == SolverFault::bad_input);
+  }
+}
+
+TEST_CASE("A program that cannot be started says why, and leaves no process") {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& text) {
+    const std::string file = folder.write("solver", text);
+    fs::permissions(file, fs::perms::owner_all);
+    try {
+      process_solver({{"./solver"}, folder.path().string()})({});
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const std::string begin = "cannot be started in '" + folder.path().string() + "': ";
+  CHECK(error_of("#!/no/such/interpreter\n") == begin + "No such file or directory");
+  CHECK(error_of("no program\n") == begin + "Exec format error");
+  check_no_child();
+  ProcessCommand gone{{"./solver"}, folder.path().string()};
+  fs::remove(folder / "solver");  // after the scenario was read
+  CHECK_THROWS_WITH(process_solver(gone)({}), "there is no program './solver' that can be run");
+  fs::create_directory(folder / "solver");
+  CHECK_FALSE(program_of(gone));
+}
+
+TEST_CASE("A program is looked for in the folders of PATH that are absolute, in their order") {
+  const TemporaryFolder folder;
+  const std::string path = std::getenv("PATH");
+  const auto found = [&](const std::string& folders) {
+    setenv("PATH", folders.c_str(), 1);
+    const auto program = program_of({{"evenstep-solver"}, "."});
+    setenv("PATH", path.c_str(), 1);
+    return program.value_or("none");
+  };
+  for (const char* name : {"a/evenstep-solver", "b/evenstep-solver"})
+    fs::permissions(folder.write(name, "#!/bin/sh\n"), fs::perms::owner_all);
+  folder.write("not-executable/evenstep-solver", "");
+  CHECK(found(folder / "not-executable" + ":" + folder / "b" + ":" + folder / "a") == folder / "b/evenstep-solver");
+  CHECK(found(fs::relative(folder.path() / "a").string()) == "none");
+  CHECK(found("") == "none");
+  unsetenv("PATH");
+  CHECK_FALSE(program_of({{"sh"}, "."}));
+  setenv("PATH", path.c_str(), 1);
+  CHECK(program_of({{"sh"}, "."}));
+  CHECK_FALSE(program_of({{""}, "."}));
 }
 
 TEST_CASE("A fault of a process, and a force that is no number, end the run with the step and exit code 3") {

@@ -283,11 +283,11 @@ std::vector<LegendEntry> legend_of(const std::string& svg, const std::vector<std
 
 }  // namespace
 
-TEST_CASE("legend: every entry is inside the picture, above the panels and over no other, with 1 to 17 strategies") {
+TEST_CASE("legend: every entry is inside the picture, above the panels and over no other, with 1 to 19 strategies") {
   const std::vector<std::string> all{"ideal",        "direct",        "paper",        "phase_locked", "predict",
                                      "filtered",     "variable_step", "foreign",      "jack_dll",     "lsl_dejitter",
                                      "linear",       "absolute_grid", "holt_winters", "polyphase",    "chunk_replace",
-                                     "chunk_append", "chunk_blend"};
+                                     "chunk_append", "chunk_blend",   "clocked",      "interpolated"};
   const RunRecord reference = synthetic::reference_run({1'200'000'000});
   for (std::size_t count = 1; count <= all.size(); ++count) {
     RunRecord run = reference;

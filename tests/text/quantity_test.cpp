@@ -69,6 +69,7 @@ TEST_CASE("A duration that cannot be meant is refused with the remedy") {
       {"3 seconds", "did you mean 's'?"},
       {"3 parsec", "'parsec' is not a unit of time"},
       {"30 Hz", "'Hz' is a unit of rate, not of time"},
+      {"30 hz", "'hz' is not a unit of time; 'Hz' is a unit of rate"},
       {"nan ms", "does not begin with a number"},
       {"inf s", "does not begin with a number"},
       {"", "does not begin with a number"},
@@ -120,7 +121,32 @@ TEST_CASE("A rate is an exact fraction in lowest terms") {
     INFO(bad);
     CHECK_FALSE(parse_rate(bad).ok());
   }
-  CHECK_THAT(parse_rate("30 hz").error(), Contains("did you mean 'Hz'?"));
+}
+
+TEST_CASE("A unit with the wrong capital letters is named as it is written, but millions are not taken for thousandths") {
+  using D = Dimension;
+  struct {
+    const char* text;
+    D dimension;
+    const char* error;
+  } const rows[] = {
+      {"200 n/m", D::stiffness, "'n/m' is not a unit of stiffness; did you mean 'N/m'?"},
+      {"200 KN/M", D::stiffness, "'KN/M' is not a unit of stiffness; did you mean 'kN/m'?"},
+      {"3 MM", D::length, "'MM' is not a unit of length; did you mean 'mm'?"},
+      {"1 n s/m", D::damping, "'n s/m' is not a unit of damping; did you mean 'N s/m'?"},
+      {"2 KG", D::mass, "'KG' is not a unit of mass; did you mean 'kg'?"},
+      {"5 PPM", D::ratio, "'PPM' is not a unit of ratio; did you mean 'ppm'?"},
+      {"1 MN", D::force, "'MN' is not a unit of force; there is no prefix for millions here, known: uN, mN, N, kN"},
+  };
+  for (const auto& row : rows) {
+    INFO(row.text);
+    CHECK(parse_si(row.text, row.dimension).error() == row.error);
+  }
+  CHECK(parse_rate("8 khz").error() == "'khz' is not a unit of rate; did you mean 'kHz'?");
+  CHECK(parse_rate("30 hz").error() == "'hz' is not a unit of rate; did you mean 'Hz'?");
+  CHECK(parse_rate("2 MHz").error() ==
+        "'MHz' is not a unit of rate; there is no prefix for millions here, known: mHz, Hz, kHz");
+  CHECK(parse_limit("2 MS").error() == "'MS' is not a unit; did you mean 'ms'?");
 }
 
 TEST_CASE("An SI value is the double nearest to what is written") {

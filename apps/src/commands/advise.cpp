@@ -137,6 +137,7 @@ std::string again(const AdviseArguments& arguments) {
   option("--damping", arguments.damping);
   option("--mass", arguments.mass);
   option("--firmware-rate", arguments.firmware_rate);
+  option("--out", arguments.out);
   return command + recording_words(arguments.recording);
 }
 

@@ -67,7 +67,7 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
   const std::string stability = stability_lines(scenario);
   facts.add("stability", stability, stability);
   const std::vector<std::string> absent = left_out(scenario.scene);
-  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
+  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  not used     {}\n", fmt::join(absent, ", ")));
   if (!std::holds_alternative<ForeignScene>(scenario.scene.body)) return;
   const std::vector<std::string> lacks = make_solver(scenario.solver, scenario.scene)->info().lacks;
   facts.add("solver_lacks", lacks, lacks.empty() ? "" : fmt::format("  lacks        {}\n", fmt::join(lacks, ", ")));
@@ -168,6 +168,10 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
         "               least: any device phase {:.6f} ms (least lead {:.6f}, step {}), this phase {:.6f} ms "
         "(least lead {:.6f}, step {})\n",
         ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
+    if (const std::optional<TrustedLatency> trusted = trusted_latency(scenario, plan.kind)) {
+      if (trusted->per.refused.empty()) json["latency_for_an_hour_ns"] = trusted->per.latency.ns;
+      lines += fmt::format("               for an hour, 95 % sure: {}\n", text(*trusted));
+    }
     lines += fmt::format("               with these: {} samples missing, {} forces late\n", worst.interaction_underruns,
                          worst.late_forces);
   }
@@ -491,7 +495,10 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
   if (errors.empty()) {
     try {
       errors = explain(*read, facts);
-      ExitCode code = facts.json()["verdict"] == "open" ? ExitCode::pass : ExitCode::expectation_failed;
+      // As of a run: what cannot be judged is the scenario's mistake, not the program's failure.
+      ExitCode code = !errors.empty()                     ? ExitCode::usage
+                      : facts.json()["verdict"] == "open" ? ExitCode::pass
+                                                          : ExitCode::expectation_failed;
       if (arguments.cost) code = worse(code, explain_cost(*read, interrupted, facts));
       print(errors);
       return code;

@@ -138,7 +138,7 @@ ExitCode record(const RecordArguments& arguments, const std::atomic<bool>& inter
     const std::string objection = internal::write_objection(path);
     if (objection.empty()) continue;
     print({{path, 0, 0, objection}});
-    return ExitCode::usage;
+    return ExitCode::run_failed;
   }
   try {
     return record_read(arguments, *scenario, interrupted);

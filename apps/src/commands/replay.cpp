@@ -55,9 +55,8 @@ bool choose_strategies(const ReplayArguments& arguments, Scenario& scenario) {
   if (arguments.strategies.empty()) return true;
   std::vector<StrategyKind> chosen{scenario.live};
   for (const std::string& name : arguments.strategies) {
-    const auto is_it = [&](const StrategyTraits& traits) { return name == traits.name; };
-    const auto found = std::find_if(kAllStrategies.begin(), kAllStrategies.end(), is_it);
-    if (found == kAllStrategies.end()) {
+    const StrategyTraits* const found = strategy_named(name);
+    if (found == nullptr) {
       std::vector<std::string_view> known;
       for (const StrategyTraits& traits : kAllStrategies) known.emplace_back(traits.name);
       spdlog::error("--strategy: error: '{}' is no strategy{}", name, internal::suggestion(name, known));
@@ -88,6 +87,16 @@ RunOptions options_of(const ReplayArguments& arguments, const InputLog& log, con
   options.control.permute_ties = log.head.permute_ties;
   options.control.interrupted = &interrupted;
   return options;
+}
+
+/// The command that does this again.
+std::string again(const ReplayArguments& arguments) {
+  std::string command = fmt::format("{} replay {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& strategy : arguments.strategies) command += " --strategy " + shell_word(strategy);
+  if (arguments.before_damage) command += " --before-damage";
+  if (arguments.allow_degraded) command += " --allow-degraded";
+  if (!arguments.out.empty()) command += " --out " + shell_word(arguments.out);
+  return command;
 }
 
 RunOutcome run_again(const Scenario& scenario, RunOptions options) {
@@ -130,7 +139,7 @@ ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& i
     print(outcome.errors);
     return ExitCode::usage;
   }
-  const std::string reproduce = fmt::format("{} replay {}", arguments.program, shell_file(arguments.file));
+  const std::string reproduce = again(arguments);
   if (const std::string error = write_run_folder(folder, scenario, outcome, reproduce); !error.empty()) {
     spdlog::error("error: {}", error);
     outcome.exit = worse(outcome.exit, ExitCode::run_failed);

@@ -10,6 +10,7 @@
 
 #include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
+#include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/run_folder.h"
@@ -52,8 +53,9 @@ struct RunArguments {
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
 
-/// The command that runs this again.
-std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
+/// The command that runs this again, into the same folder if that was named. What changes neither the run nor its verdict
+/// is left out: what it prints, and other files that it writes, such as a recording, which would be overwritten.
+std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario, const std::string& folder) {
   std::string command = fmt::format("{} run {} --seed {}", arguments.program, shell_file(scenario.file), scenario.seed);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
@@ -62,9 +64,22 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   if (arguments.cores_may_sleep) command += " --cores-may-sleep";
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
+  if (!arguments.out.empty()) command += " --out " + shell_word(folder);
   if (arguments.allow_no_expectations) command += " --allow-no-expectations";
   if (arguments.allow_degraded) command += " --allow-degraded";
   return command;
+}
+
+/// What --repeat and --permute-ties have looked at, which otherwise says nothing where all is well.
+std::string compared_lines(const RunOutcome& outcome) {
+  std::string lines;
+  if (outcome.repeated && outcome.repeat_difference.empty())
+    lines += fmt::format("repeated: 2 runs, both with the trace {:016x}\n", outcome.record.trace_hash);
+  if (outcome.ties)
+    lines += fmt::format(
+        "permuted: 1 run, its simultaneous events in the order of seed {}; judged as any run, compared with no other\n",
+        *outcome.ties);
+  return lines;
 }
 
 void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::string& folder) {
@@ -73,6 +88,7 @@ void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::
   fmt::print("{}", case_table(record));
   fmt::print("trace {:016x}   {} cells, each on two schedules, in {:.2f} s CPU\n", outcome.record.trace_hash, cells,
              outcome.cpu_seconds);
+  fmt::print("{}", compared_lines(outcome));
   fmt::print("figures and data in {}\n", folder);
 }
 
@@ -136,6 +152,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
     fmt::print("trace {:016x}   {} {}, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), outcome.record.strategies.size() == 1 ? "strategy" : "strategies",
                simulated_text(scenario, outcome), outcome.cpu_seconds);
+    fmt::print("{}", compared_lines(outcome));
     if (verbose)
       fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
                  outcome.solver_seconds);
@@ -272,12 +289,22 @@ void introduce(const Scenario& scenario, const std::string& limits, const RunArg
   std::fflush(stdout);
 }
 
+/// For report.html. (A live run has a timing of its own.)
+void put_trusted(const Scenario& scenario, RunRecord& record) {
+  for (StrategyRecord& strategy : record.strategies) {
+    const StrategyTraits* const traits = strategy_named(strategy.name);
+    const auto trusted = traits != nullptr ? trusted_latency(scenario, traits->kind) : std::nullopt;
+    if (trusted) strategy.latency.trusted = text(*trusted);
+  }
+}
+
 /// Writes the run folder, and keeps the summary for --json.
 void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outcome, const std::string& reproduce,
           Call& call) {
   std::vector<FolderFile> also;
   if (call.arguments.trace_json && !outcome.record.strategies.empty())
     also.push_back({"trace.json", [&](std::ostream& out) { trace_json(outcome.record, out); }});
+  if (call.arguments.clock != "wall") put_trusted(scenario, outcome.record);
   const std::string error = write_run_folder(folder, scenario, outcome, reproduce, also);
   if (!error.empty()) {
     spdlog::error("error: {}", error);
@@ -360,7 +387,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     outcome.failure = objection;
     outcome.record.scenario = scenario.name;
     outcome.record.file = file;
-    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario, folder)));
     return outcome;
   }
   options.origin = origin_of(file, call);
@@ -369,12 +396,12 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   if (!run_watched(scenario, options, arguments, outcome)) {
     outcome.record.scenario = scenario.name;
     outcome.record.file = file;
-    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario, folder)));
     return outcome;
   }
   outcome.record.origin = options.origin;
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
-  const std::string reproduce = reproduce_command(arguments, scenario);
+  const std::string reproduce = reproduce_command(arguments, scenario, folder);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
     print_outcome(scenario, outcome, folder, arguments.program, reproduce, arguments.verbose);

@@ -40,6 +40,7 @@ std::string again(const StudyArguments& arguments) {
   std::string command = fmt::format("{} study {}", arguments.program, shell_file(arguments.file));
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (!arguments.advise.empty()) command += " --advise " + shell_word(arguments.advise);
+  if (!arguments.part.out.empty()) command += " --out " + shell_word(arguments.part.out);
   return command;
 }
 

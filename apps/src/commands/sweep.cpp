@@ -94,6 +94,8 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   Page page{std::filesystem::path(options.folder) / kReportFile,
             fmt::format("{} sweep {}", arguments.program, shell_file(arguments.file))};
   for (const std::string& set : arguments.set) page.reproduce += " --set " + shell_word(set);
+  if (arguments.stop_after) page.reproduce += fmt::format(" --stop-after {}", *arguments.stop_after);
+  if (!arguments.part.out.empty()) page.reproduce += " --out " + shell_word(arguments.part.out);
   if (options.shard.of > 1) page.file.clear();  // only the merge can tell
   if (outcome.exit == ExitCode::interrupted)
     spdlog::error("interrupted after {} points; --resume goes on from there", outcome.summary.all.runs());

@@ -321,12 +321,18 @@ void EvdevDriver::create(int axis, bool is_spring) {
 }
 
 void EvdevDriver::stop() noexcept {
-  for (const Effect& effect : effects_) {
-    try {
-      tried([&] { return node_.write({evdev::kFf, static_cast<std::uint16_t>(effect.wanted.id), 0}); });
-      tried([&] { return node_.erase(effect.wanted.id); });
-    } catch (...) {  // a simulated hand may have diverged, but the device must be stopped nevertheless
+  const auto surely = [](auto call) {
+    for (int tries = 0; tries < 2; ++tries) {
+      try {
+        tried(call);
+        return;
+      } catch (...) {  // a simulated hand has diverged, which it says once; the device must be stopped nevertheless
+      }
     }
+  };
+  for (const Effect& effect : effects_) {
+    surely([&] { return node_.write({evdev::kFf, static_cast<std::uint16_t>(effect.wanted.id), 0}); });
+    surely([&] { return node_.erase(effect.wanted.id); });
   }
   effects_.clear();
   started_ = false;

@@ -76,9 +76,12 @@ inline HidWrite send_surely(HidTransport& transport, std::span<const std::byte> 
 
 /// Sends a report that a device must get before it is left alone; a failure is ignored.
 inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
-  try {
-    send_surely(transport, report);
-  } catch (...) {  // a simulated hand may have diverged, but the device must be stopped nevertheless
+  for (int tries = 0; tries < 2; ++tries) {
+    try {
+      send_surely(transport, report);
+      return;
+    } catch (...) {  // a simulated hand has diverged, which it says once; the device must be stopped nevertheless
+    }
   }
 }
 

@@ -120,11 +120,11 @@ std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, c
   const LoopDelays loop = loop_delays(scenario, plan, device);
   const bool local = local_of(device) != nullptr;
   const double alpha = alpha_or_none(scenario, plan, device);
-  std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
+  std::string line = fmt::format("the force answers the hand after {:.3f} ms (L_e)", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
     line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
   const double stiffness = felt_stiffness_N_per_m(scenario.scene).value_or(100);  // 100 N/m as an example
-  line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
+  line += fmt::format(", so {:.6g} N/m feel damped by {:+.3g} N s/m", stiffness, rendered_damping(stiffness, alpha, loop));
   if (const std::optional<Plant> plant = plant_of(device))
     line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));
   if (!local) return line;

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evenstep/harness/segment_needs.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "evenstep/reports/rate_bound.h"
 
 namespace evenstep::internal {
@@ -83,11 +85,45 @@ std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind) {
   return count.count().segments;
 }
 
-std::int64_t clean_segments(double rate, double confidence) {
-  auto segments = static_cast<std::int64_t>(std::ceil(std::log1p(-confidence) / std::log1p(-rate)));
-  segments = std::max<std::int64_t>(segments, 1);
-  while (rate_at_most(0, segments, confidence) > rate) ++segments;  // the quotient may have been rounded down
-  return segments;
+RateBasis rate_basis(const Scenario& scenario, StrategyKind kind) {
+  const auto computed = [](const Budget& budget) {
+    return budget.kind == Budget::Kind::any_phase || budget.kind == Budget::Kind::this_phase;
+  };
+  RateBasis basis{.chosen = computed(scenario.remap.lead) || computed(scenario.remap.latency)};
+  const MapSetup setup = map_setup(scenario);
+  SegmentNeeds judged(setup.grids, setup.emission, RunningNeeds::Phase::this_one, needed_ahead(setup, kind, setup.emission));
+  each_run_step(setup, scenario.timing, kind, {}, [&](std::span<const MappedStep> steps) {
+    const auto before = std::count_if(steps.begin(), steps.end(),
+                                      [&](const MappedStep& step) { return step.begin < RealTime{scenario.warmup.ns}; });
+    judged.add(steps.subspan(static_cast<std::size_t>(before)));
+  });
+  const std::vector<SegmentNeed> needs = judged.take();
+  if (scenario.timing.trace.empty()) {
+    basis.alike = alike_segments(rounded_up(needs));
+    return basis;
+  }
+  const SizeTrust trust = trust_in(needs);
+  basis.alike = trust.alike;
+  if (!trust.one_process()) basis.refused = not_one_process(trust);
+  return basis;
+}
+
+double underrun_rate_at_most(const RateCount& count, const RateBasis& basis, double confidence) {
+  if (basis.chosen) return chosen_rate_at_most(count.hit, count.segments, basis.alike, confidence);
+  const auto independent = [&](std::int64_t segments) { return static_cast<double>(segments) / basis.alike; };
+  return rate_at_most(static_cast<std::int64_t>(std::ceil(independent(count.hit))),
+                      static_cast<std::int64_t>(independent(count.segments)), confidence);
+}
+
+std::int64_t clean_segments(double rate, double confidence, const RateBasis& basis) {
+  const auto few = [&](std::int64_t segments) { return underrun_rate_at_most({segments, 0}, basis, confidence) > rate; };
+  std::int64_t too_few = 0, enough = 1;
+  for (; few(enough); enough *= 2) too_few = enough;
+  while (enough - too_few > 1) {
+    const std::int64_t middle = too_few + (enough - too_few) / 2;
+    (few(middle) ? too_few : enough) = middle;
+  }
+  return enough;
 }
 
 std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_t segments) {
@@ -97,7 +133,8 @@ std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_
 
 std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind) {
   const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
-  const std::int64_t enough = seeds_with(scenario, kind, clean_segments(most, *expectation.confidence));
+  const RateBasis basis = rate_basis(scenario, kind);
+  const std::int64_t enough = seeds_with(scenario, kind, clean_segments(most, *expectation.confidence, basis));
   if (enough == 0) return 0;
   // If nothing is random every seed gives the same run, and running it again would prove nothing.
   return !seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
@@ -118,7 +155,8 @@ std::vector<std::string> explain_rates(const Scenario& scenario) {
   for (const Expectation& expectation : scenario.expectations) {
     if (!expectation.confidence) continue;
     const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
-    const std::int64_t segments = internal::clean_segments(most, *expectation.confidence);
+    const internal::RateBasis basis = internal::rate_basis(scenario, *remap);
+    const std::int64_t segments = internal::clean_segments(most, *expectation.confidence, basis);
     const std::int64_t seeds = internal::seeds_with(scenario, *remap, segments);
     lines.push_back(fmt::format("line {}: {} underrun_rate <= {:.6g} at {:.6g} % needs {} segments without an underrun: {}",
                                 expectation.place.line, expectation.signal, most, 100 * *expectation.confidence, segments,

@@ -57,7 +57,7 @@ Html summary_of(const RunPage& page) {
   Html text;
   if (const Html sentence = sentence_of(page); !sentence.empty()) text += paragraph(sentence);
   if (!page.failure.empty()) text += element("p", {{"class", "stopped"}}, element("strong", "Stopped: ") + page.failure);
-  for (const std::string& one : page.suffered) text += paragraph(element("strong", "Suffered: ") + one);
+  for (const std::string& one : page.suffered) text += paragraph(element("strong", "Went wrong: ") + one);
   if (!page.remedy.empty()) text += paragraph(element("strong", "Remedy: ") + page.remedy);
   return text +
          element("p", {{"class", "quiet"}},
@@ -134,7 +134,7 @@ Html latency_table(const RunPage& page) {
     if (strategy.reference) continue;
     if (latency.latency.ns == 0 && latency.least_any_phase.ns == 0) continue;
     rows.push_back({element("code", strategy.name), ms(latency.lead),
-                    ms(latency.latency) + (latency.adapts ? " at most" : ""), ms(latency.least_any_phase),
+                    ms(latency.latency) + (latency.adapts ? " at most" : ""), ms(latency.least_any_phase), latency.trusted,
                     ms(latency.least_this_phase),
                     latency.latency_culprit >= 0 ? fmt::format("{}", latency.latency_culprit) : "",
                     fmt::format("{}, {}", latency.interaction_capacity, latency.force_capacity)});
@@ -145,6 +145,7 @@ Html latency_table(const RunPage& page) {
                 {"lead", true},
                 {"latency", true},
                 {"least at any phase", true},
+                {"for an hour, 95 % sure"},
                 {"least at this phase", true},
                 {"step that sets it", true},
                 {"samples, forces kept", true}},

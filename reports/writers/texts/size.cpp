@@ -16,8 +16,8 @@ std::string heading(const SizeRecord& record) {
   if (from == "step") from = "of one step each: there is no cycle in it";
   if (from == "recording") from = "as recorded";
   if (from == "programmed") from = "as programmed";
-  std::string out = fmt::format("{}\n  {} steps in {} segments {}, {:.6g} s", record.input, record.steps, record.segments,
-                                from, seconds(record.length));
+  std::string out = fmt::format("{}\n{}\n  {} steps in {} segments {}, {:.6g} s", record.input, internal::answer(record),
+                                record.steps, record.segments, from, seconds(record.length));
   if (record.left_out > 0) out += fmt::format("; {} steps before the first long pause are left out", record.left_out);
   return out + fmt::format("\n  device period {:.6g} ms at any phase, forces {}, damping {:.6g} N s/m\n",
                            ms(record.sampling_period), record.interpolated ? "interpolated" : "held",
@@ -179,7 +179,7 @@ std::string sure_row(const SizeRecord& record, const SizeStrategy& strategy) {
   const std::string name = fmt::format("  {:.6g} % sure", 100 * record.confidence);
   if (strategy.rate->sure) return rate_row(name, *strategy.rate->sure);
   const SizeTrust& trust = strategy.trust;
-  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, internal::not_one_process(trust));
+  if (!trust.one_process()) return fmt::format("  {:<13} nothing: {}\n", name, not_one_process(trust));
   return fmt::format(
       "  {:<13} nothing: too short, {} segments say as much as {} independent ones; {} without any underrun are needed\n",
       name, trust.segments, trust.effective(), strategy.rate->segments_needed);
@@ -195,9 +195,7 @@ std::string per(const SizeRecord& record) {
     if (!strategy.per) continue;
     const SizePer& one = *strategy.per;
     if (!one.refused.empty()) {
-      const std::string why = strategy.trust.one_process() ? one.refused : internal::not_one_process(strategy.trust);
-      out += fmt::format("  {:<13} nothing: {}{}\n", strategy.name, why,
-                         one.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(one.to_record)) : "");
+      out += fmt::format("  {:<13} nothing: {}\n", strategy.name, internal::why_refused(one, strategy.trust));
       continue;
     }
     out += fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>16.6f}   {}\n", strategy.name, ms(one.latency), ms(one.lead),
@@ -233,7 +231,7 @@ std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + unseen(record) + (record.rate ? rates(record) : "") +
          (record.per ? per(record) : "") + culprits(record) + (record.clock ? clock_text(*record.clock) : "") +
          (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
-         internal::worst_order_text(record) + internal::conclusion_text(record) + internal::fit_text(record);
+         internal::worst_order_text(record) + internal::reasons_text(record) + internal::fit_text(record);
 }
 
 }  // namespace evenstep

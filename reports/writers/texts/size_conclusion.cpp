@@ -117,8 +117,7 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
 std::string unseen(const SizeStrategy& use) {
   if (use.unseen.empty()) return "";
   const SizeUnseen all = use.all_unseen();
-  const std::string change =
-      use.trust.change ? "  No confidence is given: " + internal::not_one_process(use.trust) + "\n" : "";
+  const std::string change = use.trust.change ? "  No confidence is given: " + not_one_process(use.trust) + "\n" : "";
   return change + "  " + text(all) + (all.late == 0 ? "\n" : "\n  Expect the like of the next recording.\n");
 }
 
@@ -239,9 +238,9 @@ std::string fit_text(const SizeRecord& record) {
   return out + (fit.fits() ? "FITS\n" : "DOES NOT FIT\n");
 }
 
-std::string not_one_process(const SizeTrust& trust) {
-  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
-  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
+std::string why_refused(const SizePer& per, const SizeTrust& trust) {
+  return (trust.one_process() ? per.refused : not_one_process(trust)) +
+         (per.to_record.ns > 0 ? fmt::format("; {:.6g} s more of it would do", seconds(per.to_record)) : "");
 }
 
 std::string hitches_text(const SizeRecord& record) {
@@ -262,17 +261,36 @@ std::string hitches_text(const SizeRecord& record) {
   return out;
 }
 
-std::string conclusion_text(const SizeRecord& record) {
+std::string answer(const SizeRecord& record) {
   const SizeStrategy* use = strategy_to_use(record);
-  if (use == nullptr) return "\n  Conclusion: none. A map has slots once it has seen a whole segment; record more.\n";
-  const std::string pause = text(record.pause);
+  if (use == nullptr) return "  No map can be named: a map has slots once it has seen a whole segment; record more.\n";
   return fmt::format(
-             "\n  Conclusion\n  Use {} with a latency of {:.6f} ms: nothing underruns in this timing, at any phase of the "
-             "device. The loop\n  carries {}.\n",
-             use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
+      "  Use {} with a latency of {:.6f} ms, a lead of {:.6f} ms, and rings for {} samples and {} forces:\n  nothing "
+      "underruns in this timing, at any phase of the device. The loop carries {}.\n",
+      use->name, ms(use->any_phase.latency), ms(use->lead), use->interaction_capacity, use->force_capacity,
+      stiffness(record, use->any_phase.stiffness_limit_N_per_m));
+}
+
+std::string reasons_text(const SizeRecord& record) {
+  const SizeStrategy* use = strategy_to_use(record);
+  if (use == nullptr) return "";
+  const std::string pause = text(record.pause);
+  return fmt::format("\n  Why {} with {:.6f} ms\n", use->name, ms(use->any_phase.latency)) +
          (pause.empty() ? "" : "  " + pause + "\n") + worth(record, *use) + blame(record, *use) + compared(record, *use) +
          unseen(*use) + tables(record, *use);
 }
 
 }  // namespace internal
+
+std::string not_one_process(const SizeTrust& trust) {
+  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
+  return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
+}
+
+std::string text(const TrustedLatency& latency) {
+  if (!latency.per.refused.empty()) return "cannot be known: " + internal::why_refused(latency.per, latency.trust);
+  return fmt::format("{:.6f} ms with a lead of {:.6f} ms", internal::ms(latency.per.latency),
+                     internal::ms(latency.per.lead));
+}
+
 }  // namespace evenstep

@@ -1,9 +1,9 @@
 // The latency for a span of time: upper bounds on quantiles that are known, in simulated recordings.
 #include "src/size/per.h"
 
+#include "evenstep/harness/trust.h"
 #include "processes.h"
 #include "src/size/tail.h"
-#include "src/size/trust.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -94,4 +94,32 @@ TEST_CASE("no latency is given for a span if the tail is too heavy or the record
   CHECK(use.per->latency > use.any_phase.latency);
   CHECK(use.per->likely_latency < use.per->latency);
   CHECK_THAT(size_text(enough), Contains("beyond what was seen: tail of"));
+}
+
+TEST_CASE("a scenario is trusted for an hour with what size --per says, or with the exact size if nothing varies") {
+  const ReadResult even = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml");
+  REQUIRE(even);
+  const auto exact = trusted_latency(*even, StrategyKind::phase_locked);
+  REQUIRE(exact);
+  const SizeRecord sized = size_scenario(*even, {}).record;
+  CHECK(exact->per.latency == strategy(sized, "phase_locked").any_phase.latency);
+  CHECK_FALSE(trusted_latency(*even, StrategyKind::direct));
+
+  const ReadResult changes = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/recorded/h100-render.toml");
+  REQUIRE(changes);
+  const auto unknown = trusted_latency(*changes, StrategyKind::phase_locked);
+  REQUIRE(unknown);
+  CHECK(text(*unknown) == "cannot be known: from 4.069 s on it is another process than before.");
+
+  const ReadResult varies = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
+                                          {.set = {"timing.jitter={visualization=0.1}", "run.duration=\"60 s\""}});
+  REQUIRE(varies);
+  const auto beyond = trusted_latency(*varies, StrategyKind::phase_locked);
+  REQUIRE(beyond);
+  const SizeRecord for_an_hour = size_scenario(*varies, {.per = TrustedLatency::kSpan}).record;
+  const SizePer& per = *strategy(for_an_hour, "phase_locked").per;
+  REQUIRE(per.refused.empty());
+  CHECK(beyond->per.latency == per.latency);
+  CHECK(beyond->per.latency > strategy(for_an_hour, "phase_locked").any_phase.latency);
+  CHECK_THAT(text(*beyond), Contains(" ms with a lead of "));
 }

@@ -1,9 +1,9 @@
 // The least latency for a rate of underruns, compared with every possible lead and with the count by which a run is judged.
 #include <algorithm>
 
+#include "evenstep/harness/trust.h"
 #include "evenstep/harness/underrun_rate.h"
 #include "src/size/rate.h"
-#include "src/size/trust.h"
 #include "traces.h"
 
 using namespace evenstep;

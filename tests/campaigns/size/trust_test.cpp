@@ -1,5 +1,5 @@
 // What is promised about a rate: the bound by its formula, and promises kept by processes that are known.
-#include "src/size/trust.h"
+#include "evenstep/harness/trust.h"
 
 #include <functional>
 

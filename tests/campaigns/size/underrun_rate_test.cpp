@@ -3,6 +3,7 @@
 
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/reports/rate_bound.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -65,4 +66,44 @@ TEST_CASE("a replayed recording has underruns in as many segments as the map alo
                                              "scene.step_size=450 Hz", "remap={ lead = \"2 ms\", latency = \"16 ms\" }"}));
     CHECK(hit > 0);
   }
+}
+
+TEST_CASE(
+    "segments that come together count as one in a rate with a confidence, and those that chose the latency judge less") {
+  const std::vector<std::string> jitter{"run.duration=20 s",
+                                        "run.warmup=1 s",
+                                        "timing.paced=true",
+                                        "timing.step=1.3 ms",
+                                        "timing.jitter={ visualization = \"lognormal 10 %\" }",
+                                        "remap={ lead = \"9 ms\", latency = \"29 ms\" }"};
+  const RateBasis apart = rate_basis(spring(jitter), StrategyKind::paper);
+  std::vector<std::string> regimes = jitter;
+  regimes.push_back("timing.regimes={ factor = 1.3, mean_length = \"20 segments\" }");
+  const RateBasis together = rate_basis(spring(regimes), StrategyKind::paper);
+  CHECK(apart.alike < 2);
+  CHECK(together.alike > 4);
+  CHECK_FALSE(together.chosen);
+  // D segments count as one: the bound is that of D times fewer.
+  const RateBasis five{.alike = 5, .chosen = false, .refused = {}};
+  CHECK(underrun_rate_at_most({1000, 10}, five, 0.95) == rate_at_most(2, 200, 0.95));
+  CHECK(underrun_rate_at_most({1000, 11}, five, 0.95) == rate_at_most(3, 200, 0.95));
+  for (const double rate : {0.3, 0.01, 0.001}) {
+    for (const RateBasis& basis : {RateBasis{}, five, RateBasis{.alike = 2.5, .chosen = true, .refused = {}}}) {
+      const std::int64_t enough = clean_segments(rate, 0.95, basis);
+      CHECK(underrun_rate_at_most({enough, 0}, basis, 0.95) <= rate);
+      CHECK(underrun_rate_at_most({enough - 1, 0}, basis, 0.95) > rate);
+    }
+  }
+  regimes.back() = "remap={ lead = \"9 ms\", latency = \"minimal\" }";
+  const RateBasis chosen = rate_basis(spring(regimes), StrategyKind::paper);
+  CHECK(chosen.chosen);
+  CHECK(clean_segments(0.01, 0.95, {.alike = 1, .chosen = true, .refused = {}}) > clean_segments(0.01, 0.95, {}));
+}
+
+TEST_CASE("nobody is sure of a rate of underruns in a recording that changes") {
+  const std::string trace = std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/recorded/h100-render.csv";
+  const RateBasis basis = rate_basis(spring({"run.duration=19 s", "run.warmup=1 s", "timing={ trace = \"" + trace + "\" }",
+                                             "scene.step_size=450 Hz", "remap={ lead = \"2 ms\", latency = \"40 ms\" }"}),
+                                     StrategyKind::phase_locked);
+  CHECK_THAT(basis.refused, Catch::Contains("it is another process than before"));
 }

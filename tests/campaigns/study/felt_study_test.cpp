@@ -273,6 +273,9 @@ TEST_CASE("An interrupted study of the felt force has the points so far, and say
   CHECK(study.interrupted);
   CHECK(study.points.size() == 2);  // a cell, with two strategies
   CHECK_THAT(felt_study_table(study), Contains("interrupted: points are missing"));
+  const FeltAdvice advice = advise(study, *parse_goal("100000 % force"));  // both points would do
+  CHECK_FALSE(advice.found);
+  CHECK_THAT(advice.text, Contains("no advice on 100000 % force: the study was interrupted"));
   interrupted = true;
   CHECK(run_felt_study(block(), control).points.empty());  // not even a reference
 }

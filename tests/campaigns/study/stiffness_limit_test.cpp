@@ -55,6 +55,15 @@ TEST_CASE("an interrupted study keeps the strategies that were finished and says
   CHECK(study.limits.empty());
 }
 
+TEST_CASE("[run] interrupt does not cut off the runs of a search, which would then judge what had no time to shake") {
+  Scenario scenario = read("closed-loop/price-study.toml");
+  scenario.study.stiffness_limit = StiffnessSearch{100, 110, 1};
+  const std::string whole = stiffness_csv(run_stiffness_limits(scenario));
+  CHECK_THAT(whole, Catch::Contains("direct,above") && Catch::Contains("phase_locked,below"));
+  scenario.interrupt = Duration{500'000'000};
+  CHECK(stiffness_csv(run_stiffness_limits(scenario)) == whole);
+}
+
 TEST_CASE("of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies",
           "[sweep]") {
   // A block of two materials, held by a spring coupling. Each of two searches must find the same as a scene in which

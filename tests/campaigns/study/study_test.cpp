@@ -189,6 +189,11 @@ TEST_CASE("Interrupted in its reference or in a cell, a study has the cells befo
   CHECK(one.cells.size() == 1);
   CHECK(one.interrupted);
   CHECK_THAT(study_table(one), Contains("reference    rk4") && Contains("cells are missing"));
+  // Any error would do, so the one cell would be the cheapest; those that are missing may be cheaper.
+  const StudyAdvice advice = advise(one, *parse_goal("100000 % force"));
+  CHECK(advice.cell == nullptr);
+  CHECK_THAT(advice.text, Contains("no advice on 100000 % force: the study was interrupted"));
+  CHECK(advise(none, *parse_goal("1 % force")).text == no_advice_if_interrupted(*parse_goal("1 % force")));
 }
 
 TEST_CASE("A spring is refused") {

@@ -173,6 +173,24 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   CHECK(contents(small.run("part", {}, 2, true).file) == bytes);
 }
 
+TEST_CASE("An interrupted sweep does not say what it has found, as it does not know the points that are missing") {
+  const Small small(std::string(kPlain) + "find = { smallest = \"remap.latency\" }\n");
+  std::atomic<bool> interrupted{false};
+  SweepOptions options;
+  options.folder = small.folder / "part";
+  options.interrupted = &interrupted;
+  options.threads = 1;
+  options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 14; };  // of 15
+  const SweepOutcome first = run_sweep(small.scenario, options);
+  CHECK(first.exit == ExitCode::interrupted);
+  CHECK_FALSE(first.summary.find);
+  const SweepCommand no_command = [](const SweepPoint&) { return std::string(); };
+  CHECK_THAT(sweep_text(first.header, first.summary, no_command), !Contains("smallest"));
+  const SweepOutcome whole = small.run("part", {}, 1, true);
+  REQUIRE(whole.summary.find);
+  CHECK_THAT(sweep_text(whole.header, whole.summary, no_command), Contains("smallest remap.latency"));
+}
+
 TEST_CASE("A finished sweep that was cut off afterwards, in a line or between two, is resumed to the same bytes") {
   const Small small(kPlain);
   const std::string bytes = contents(small.run("whole").file);

@@ -22,11 +22,18 @@ constexpr evenstep_solver_functions kSolver{.struct_size = sizeof(evenstep_solve
                                             .step = is("no_step") ? nullptr : step};
 constexpr evenstep_device_functions kDevice{.struct_size = sizeof(evenstep_device_functions), .create = create_device};
 
+constexpr evenstep_map_functions kMap{.struct_size = sizeof(evenstep_map_functions) + (is("map_size") ? 8 : 0)};
+constexpr evenstep_timing_functions kTiming{.struct_size = sizeof(evenstep_timing_functions) + (is("timing_size") ? 8 : 0)};
+
 constexpr evenstep_plugin kPlugin{.abi = is("abi") ? 2 : EVENSTEP_ABI,
                                   .struct_size = sizeof(evenstep_plugin) + (is("size") ? 8 : 0),
-                                  .name = is("no_name") ? nullptr : "faulty",
+                                  .name = is("no_name")      ? nullptr
+                                          : is("empty_name") ? ""
+                                                             : "faulty",
                                   .solver = is("empty") ? nullptr : &kSolver,
-                                  .device = is("half_device") ? &kDevice : nullptr};
+                                  .device = is("half_device") ? &kDevice : nullptr,
+                                  .map = is("map_size") || is("half_map") ? &kMap : nullptr,
+                                  .timing = is("timing_size") || is("half_timing") ? &kTiming : nullptr};
 
 }  // namespace
 

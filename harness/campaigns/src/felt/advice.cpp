@@ -11,6 +11,7 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
   if (goal.quantity != StudyQuantity::force)
     return {false,
             fmt::format("a study of the felt force cannot tell what meets {}; write such as \"1 % force\"", goal.text)};
+  if (study.interrupted) return {false, no_advice_if_interrupted(goal)};
   const double most_N = goal.most * study.reference.scale_N;
   if (!(study.reference.estimate_N <= most_N))
     return {false, fmt::format("cannot tell what meets {}: the reference itself may be off by {:.3g} %", goal.text,

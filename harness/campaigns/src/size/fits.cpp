@@ -110,11 +110,9 @@ SizeFit internal::fit_of(const SizeFits& has, const SizeRecord& record, const Ma
   if (!has.rings) return fit;
   fit.samples = static_cast<std::int64_t>(has.rings->samples);
   fit.forces = static_cast<std::int64_t>(has.rings->forces);
-  const auto kind = std::find_if(std::begin(kAllStrategies), std::end(kAllStrategies), [&](const StrategyTraits& one) {
-                      return one.name == map->name;
-                    })->kind;
   RunningCapacities rings(setup.grids, std::max(lead, fit.needed_lead), has.latency.value_or(fit.needed_latency));
-  each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> steps) { rings.add(steps); });
+  each_mapped_step(setup, strategy_named(map->name)->kind, segments,
+                   [&](std::span<const MappedStep> steps) { rings.add(steps); });
   const LatencyBudget needed = rings.budget();
   fit.needed_samples = static_cast<std::int64_t>(needed.interaction_capacity);
   fit.needed_forces = static_cast<std::int64_t>(needed.force_capacity);

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "evenstep/campaigns/size.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "tail.h"
-#include "trust.h"
 
 namespace evenstep::internal {
 namespace {
@@ -71,3 +73,26 @@ SizePer size_per(std::span<const SegmentNeed> needs, const SizeTrust& trust, Dur
 }
 
 }  // namespace evenstep::internal
+
+namespace evenstep {
+
+std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind) {
+  if (!is_remap(kind) || scenario.remap.interaction_underrun == InteractionUnderrun::gate) return std::nullopt;
+  const MapSetup setup = map_setup(scenario);
+  internal::SegmentNeeds collected(setup.grids, setup.emission, RunningNeeds::Phase::any,
+                                   needed_ahead(setup, kind, setup.emission));
+  each_run_step(setup, scenario.timing, kind, Duration{}, [&](std::span<const MappedStep> steps) { collected.add(steps); });
+  const std::vector<internal::SegmentNeed> needs = collected.take();
+  if (needs.empty()) return std::nullopt;
+  TrustedLatency out{internal::trust_in(needs), {}};
+  if (scenario.timing.trace.empty() && !scenario.timing.elsewhere && is_periodic(scenario.timing.programmed)) {
+    const internal::RateLatency all = internal::least_latency_with_underruns(needs, 0);
+    out.per.latency = out.per.likely_latency = all.latency;
+    out.per.lead = all.lead;
+  } else {
+    out.per = internal::size_per(needs, out.trust, TrustedLatency::kSpan, 0, TrustedLatency::kConfidence);
+  }
+  return out;
+}
+
+}  // namespace evenstep

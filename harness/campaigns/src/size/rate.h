@@ -11,37 +11,11 @@
 #include <span>
 #include <vector>
 
+#include "evenstep/harness/segment_needs.h"
 #include "evenstep/harness/sizing.h"
-#include "evenstep/remap/latency_budget.h"
 #include "evenstep/reports/size_record.h"
 
 namespace evenstep::internal {
-
-struct SegmentNeed {
-  Duration lead;        ///< a_k
-  Duration delay;       ///< b_k
-  RealTime begin = {};  ///< of its first mapped step
-};
-
-/// Collects the needs of the segments from mapped steps in order.
-class SegmentNeeds {
- public:
-  /// `ahead` is added to each delay: what the strategy needs beyond its map (harness/sizing.h).
-  SegmentNeeds(std::span<const SamplingGrid> devices, Emission emission, RunningNeeds::Phase phase, Duration ahead)
-      : running_(devices, emission, phase), ahead_(ahead) {}
-  void add(std::span<const MappedStep> steps);
-  /// Call once after the last step. Returns one entry per segment with a mapped step.
-  std::vector<SegmentNeed> take();
-
- private:
-  void end_segment();
-
-  RunningNeeds running_;
-  Duration ahead_;
-  std::vector<SegmentNeed> needs_;
-  std::int64_t segment_ = -1;
-  RealTime begin_;
-};
 
 struct RateLatency {
   Duration lead, latency;

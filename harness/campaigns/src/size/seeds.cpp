@@ -6,11 +6,11 @@
 
 #include "evenstep/campaigns/size.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "evenstep/harness/underrun_rate.h"
 #include "rate.h"
 #include "src/shards/json_parts.h"
 #include "src/shards/lines.h"
-#include "trust.h"
 
 namespace evenstep {
 namespace {

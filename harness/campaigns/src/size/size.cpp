@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/trust.h"
 #include "evenstep/recordings/step_list.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
@@ -21,10 +22,9 @@
 #include "own_clock.h"
 #include "per.h"
 #include "rate.h"
-#include "trust.h"
+#include "src/schedules/worst_order.h"
 #include "unseen.h"
 #include "what_if_rows.h"
-#include "src/schedules/worst_order.h"
 
 namespace evenstep {
 namespace {

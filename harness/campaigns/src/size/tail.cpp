@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "trust.h"
+#include "evenstep/harness/trust.h"
 
 namespace evenstep::internal {
 namespace {

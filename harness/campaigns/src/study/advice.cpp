@@ -29,6 +29,11 @@ std::string real_time(const StudyCell& cell) {
 
 }  // namespace
 
+std::string no_advice_if_interrupted(const StudyGoal& goal) {
+  return fmt::format("no advice on {}: the study was interrupted, and what it has not measured may be better or cheaper",
+                     goal.text);
+}
+
 Result<StudyGoal> parse_goal(std::string_view text) {
   StudyGoal goal;
   goal.text = std::string(text);
@@ -59,6 +64,10 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {
   const bool of_motion = goal.quantity == StudyQuantity::position && goal.is_share;
   const double most = of_motion ? goal.most * study.reference.scale[goal.quantity] : goal.most;
   StudyAdvice advice;
+  if (study.interrupted) {
+    advice.text = no_advice_if_interrupted(goal);
+    return advice;
+  }
   if (!(study.reference.estimate[goal.quantity] <= most)) {
     advice.text = fmt::format("cannot tell what meets {}: the reference itself may be off by {}", goal.text,
                               amount(goal, study.reference.estimate[goal.quantity], study));

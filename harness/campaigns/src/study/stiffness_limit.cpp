@@ -35,7 +35,8 @@ void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
   for (ToolCoupling& tool : tissue.tools) tool.damping_N_s_per_m *= factor;
 }
 
-/// The scenario with another stiffness, without anything that only a report needs.
+/// The scenario with another stiffness, without anything that only a report needs, and run to its end: a loop that is cut
+/// off before it shakes would count as stable.
 Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
   if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
@@ -46,6 +47,7 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
           body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
       },
       changed.scene.body);
+  changed.interrupt = std::nullopt;
   changed.scene.needs_state_digest = false;
   changed.needs_undelayed = false;
   changed.keep_rows = false;

@@ -10,6 +10,16 @@
 #include "src/shards/format.h"
 
 namespace evenstep {
+namespace {
+
+/// Of a part of the points: only all together can find the smallest or largest value, or judge the states.
+void without_the_whole(SweepSummary& summary) {
+  summary.find.reset();
+  summary.complete = false;
+}
+
+}  // namespace
+
 std::vector<Diagnostic> check_sweep(const std::string& path, const ReadOptions& options) {
   std::vector<Diagnostic> errors;
   const internal::SweepPoints points(path, options, errors);
@@ -35,6 +45,7 @@ SweepOutcome run_sweep(const std::string& path, const SweepOptions& options) {
       sweep, [&](std::int64_t point) { return points.run(point, options.interrupted); }, "sweep", options, outcome);
   outcome.header = sweep.header();
   outcome.summary = sweep.summary();
+  if (outcome.exit == ExitCode::interrupted) without_the_whole(outcome.summary);
   if (outcome.exit != ExitCode::pass) return outcome;
   if (options.shard.of > 1 && outcome.summary.find)
     outcome.summary.find.reset();  // a shard knows only its own points; only the merge can tell what is found
@@ -67,8 +78,7 @@ Result<SweepStatus> sweep_status(const std::string& folder) {
   if (sweep == nullptr) return Failure(fmt::format("'{}' has parts of something else than a sweep", folder));
   result.header = sweep->header();
   result.summary = sweep->summary();
-  result.summary.find.reset();  // only all points together can find it, or judge the states
-  result.summary.complete = false;
+  without_the_whole(result.summary);
   return result;
 }
 

@@ -58,12 +58,14 @@ struct RunOutcome {
   std::optional<CaseRecord> case_record;  ///< for a scenario with a [case]; `record` then has no strategy
   Metrics metrics;
   std::vector<ExpectationResult> results;
-  std::vector<bool> reached;       ///< for each state of [[sometimes]], if the run was judged
-  std::vector<Diagnostic> errors;  ///< errors of the scenario that are found only now (unknown metric, no unit `step`)
-  std::string failure, remedy;     ///< if the run failed: what happened and what to do
-  std::string repeat_difference;   ///< if it was not reproducible: the first event that differs
-  double cpu_seconds = 0;          ///< CPU time of the process, all threads
-  double solver_seconds = 0;       ///< launch + wait, summed over strategies
+  std::vector<bool> reached;          ///< for each state of [[sometimes]], if the run was judged
+  std::vector<Diagnostic> errors;     ///< errors of the scenario that are found only now (unknown metric, no unit `step`)
+  std::string failure, remedy;        ///< if the run failed: what happened and what to do
+  bool repeated = false;              ///< a second run was compared with this one
+  std::string repeat_difference;      ///< if it was not reproducible: the first event that differs
+  std::optional<std::uint64_t> ties;  ///< the seed by which simultaneous events were put in another order
+  double cpu_seconds = 0;             ///< CPU time of the process, all threads
+  double solver_seconds = 0;          ///< launch + wait, summed over strategies
 };
 RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
 /// The record of these strategies in virtual time; nothing is measured or judged. Throws RunFailure.

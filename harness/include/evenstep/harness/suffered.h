@@ -17,7 +17,7 @@ namespace evenstep {
 /// "left.phase_locked: 1800 of 1800 forces late; nothing asserts this": one for those devices and strategies that suffered
 /// the same. What an expectation that was judged names (a `*` included) is left out.
 std::vector<std::string> suffered(const RunOutcome& outcome);
-/// The same as text, each line beginning with "suffered".
+/// The same as text, each line beginning with "went wrong".
 std::string suffered_lines(const RunOutcome& outcome);
 
 }  // namespace evenstep

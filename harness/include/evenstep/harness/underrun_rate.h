@@ -5,8 +5,9 @@
 /// Segments are counted instead of underruns: an underrun rarely comes alone, and everything within a segment counts as one
 /// event. If k of n segments have one or more underruns, the true rate p has an upper bound at the one-sided confidence C
 /// (Clopper and Pearson, Biometrika 26, 1934): the p at which k or fewer would occur with probability 1 - C. With k = 0 that
-/// is 1 - (1 - C)^(1/n), about 3/n at 95 %. Segments are treated as independent draws: where late segments come together, D
-/// at a time, the bound holds for n / D of them (what `size` promises counts so).
+/// is 1 - (1 - C)^(1/n), about 3/n at 95 %. Where late segments come together D of them count as one, and a lead or latency
+/// that was computed from this timing was chosen by segments that judge it: both as for `size --rate` (trust.h). Seeds are
+/// independent of each other, so D is that of one seed's segments.
 
 #include <cstdint>
 #include <string>
@@ -38,9 +39,18 @@ RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& si
 /// How many segments with a judged step one seed has.
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind);
 
+/// What the segments of a timing say about a rate.
+struct RateBasis {
+  double alike = 1;     ///< D
+  bool chosen = false;  ///< lead or latency were computed from segments that judge them
+  std::string refused;  ///< why nobody can be sure of anything: a recording that is not one process; else empty
+};
+RateBasis rate_basis(const Scenario& scenario, StrategyKind kind);
+/// The upper bound on the rate at this confidence.
+double underrun_rate_at_most(const RateCount& count, const RateBasis& basis, double confidence);
 /// The least number of segments that, if none has an underrun, bounds the rate of underruns by `rate` with this confidence.
 /// Both are in (0, 1).
-std::int64_t clean_segments(double rate, double confidence);
+std::int64_t clean_segments(double rate, double confidence, const RateBasis& basis);
 
 /// How many seeds it takes to have that many segments together, if each has as many as the scenario's own; 0: no segment is
 /// judged.

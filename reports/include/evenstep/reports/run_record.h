@@ -134,6 +134,7 @@ struct LatencyRecord {
   std::int64_t interaction_capacity = 0, force_capacity = 0;
   std::int64_t least_entries = 0;  ///< per chunk, so that none runs dry; 0: it plays no chunks
   bool adapts = false;
+  std::string trusted;  ///< the latency for an hour, or why it cannot be known; empty if nobody asked (TrustedLatency)
 };
 
 struct SegmentRow {

@@ -242,6 +242,36 @@ std::string table_to_write(const Field& field) {
   return field.table.empty() || keys.empty() ? title(field.key) : fmt::format("{} = {{ {} }}", field.key, keys);
 }
 
+/// "device.NAME.rate": where a key of this table stands, as --set writes it.
+std::string path_of(const Field& field) {
+  std::string path, table;
+  for (std::string_view rest = field.table; !rest.empty();) {
+    const std::string_view part = rest.substr(0, rest.find('.'));
+    rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+    const Field* its = row_of(table, part, {});
+    path += fmt::format("{}.{}", part, its == nullptr || its->shape != Shape::list ? "" : part == "device" ? "NAME." : "0.");
+    table += fmt::format("{}{}", table.empty() ? "" : ".", part);
+  }
+  return fmt::format("{}{}", path, field.key);
+}
+
+/// What an unknown key may have been meant to be: the same key of another table, which is left out if many have it
+/// ("kind"), or a key of this table that is written much like it.
+std::string what_was_meant(std::string_view table, std::string_view key, std::string_view kind) {
+  if (table == kSweepRange) return "; a path stands in quotes: \"timing.visualization\"";
+  std::vector<std::string_view> known;
+  std::vector<std::string> elsewhere;
+  for (const Field& field : fields()) {
+    if (field.table == table && exists_for(field, kind)) known.push_back(field.key);
+    if (field.key == key && field.table != kSweepRange) elsewhere.push_back(path_of(field));
+  }
+  std::sort(elsewhere.begin(), elsewhere.end());
+  elsewhere.erase(std::unique(elsewhere.begin(), elsewhere.end()), elsewhere.end());  // a key may have a row for each kind
+  constexpr std::size_t kFew = 4;
+  if (elsewhere.empty() || elsewhere.size() > kFew) return suggestion(key, known);
+  return fmt::format("; such a key is {}", fmt::join(elsewhere, ", or "));
+}
+
 }  // namespace
 
 Check::Check(const Value& document, Errors& errors) : errors_(errors) { table("", document); }
@@ -257,13 +287,8 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
   const std::string kind = kind_of(name, &table);
   const Field* field = row_of(name, entry.key, kind);
   if (field == nullptr) {
-    std::vector<std::string_view> known;
-    for (const Field& f : fields()) {
-      if (f.table == name && exists_for(f, kind)) known.push_back(f.key);
-    }
-    errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name),
-                                         name == kSweepRange ? "; a path stands in quotes: \"timing.visualization\""
-                                                             : suggestion(entry.key, known)));
+    errors_.add(entry.place,
+                fmt::format("unknown key '{}' in {}{}", entry.key, title(name), what_was_meant(name, entry.key, kind)));
   } else if (!exists_for(*field, kind)) {
     const std::string_view of = kind_key(name);
     errors_.add(

@@ -10,6 +10,12 @@ const StrategyTraits& traits_of(StrategyKind kind) {
                        [&](const StrategyTraits& traits) { return traits.kind == kind; });
 }
 
+const StrategyTraits* strategy_named(std::string_view name) {
+  const auto found = std::find_if(kAllStrategies.begin(), kAllStrategies.end(),
+                                  [&](const StrategyTraits& traits) { return traits.name == name; });
+  return found == kAllStrategies.end() ? nullptr : &*found;
+}
+
 const char* name_of(InteractionUnderrun policy) {
   switch (policy) {
     case InteractionUnderrun::clamp:

@@ -60,12 +60,13 @@ bool is_special(const std::string& path) {
 std::string write_objection(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
-  if (fs::is_directory(path, error)) return "is a directory, not a file";
+  if (fs::is_directory(path, error)) return "is a directory, not a file; name a file in it";
   if (is_special(path)) return {};
   const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, error)) return fmt::format("cannot be written: there is no folder '{}'", folder.string());
+  if (!fs::is_directory(folder, error))
+    return fmt::format("cannot be written: there is no folder '{}'; make it, or name another one", folder.string());
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return fmt::format("cannot be written: the folder '{}': {}", folder.string(), std::strerror(errno));
+    return fmt::format("cannot be written: the folder '{}': {}; name another one", folder.string(), std::strerror(errno));
   return {};
 }
 

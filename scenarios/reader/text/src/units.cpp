@@ -1,6 +1,7 @@
 #include "evenstep/text/units.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 
 #include <algorithm>
 #include <array>
@@ -37,6 +38,12 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{
     {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"},  {"mps", "m/s"},
     {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},     {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
 }};
+
+/// Whether the names differ in capital letters only.
+bool same_letters(std::string_view name, std::string_view unit) {
+  return std::equal(name.begin(), name.end(), unit.begin(), unit.end(),
+                    [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+}
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -170,6 +177,17 @@ const Unit* find_unit(std::string_view name) {
   return nullptr;
 }
 
+namespace {
+
+/// Whether this is a unit of here with the prefix for millions, such as "MHz", which only its capital letter tells from
+/// "mHz".
+bool is_mega(std::string_view name) {
+  return name.size() > 1 && name.front() == 'M' && find_unit(name.substr(1)) != nullptr &&
+         find_unit(fmt::format("m{}", name.substr(1))) != nullptr;
+}
+
+}  // namespace
+
 std::string not_a_unit(std::string_view name, Dimension wanted) {
   if (const Unit* other = find_unit(name); other && other->dimension != wanted) {
     return fmt::format("'{}' is a unit of {}, not of {}", name, info(other->dimension).name, info(wanted).name);
@@ -180,18 +198,19 @@ std::string not_a_unit(std::string_view name, Dimension wanted) {
   for (const Unit& unit : units()) {
     if (any || unit.dimension == wanted) known.push_back(unit.name);
   }
-  const auto same_letters = [&](std::string_view unit) {
-    return std::equal(unit.begin(), unit.end(), name.begin(), name.end(),
-                      [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
-  };
   std::string_view meant;
   for (const std::string_view unit : known) {
-    if (same_letters(unit)) meant = unit;
+    if (same_letters(name, unit)) meant = unit;
     for (const auto& [habit, proper] : kHabits) {
       if (habit == name && proper == unit) meant = unit;
     }
   }
-  const std::string hint = meant.empty() ? suggestion(name, known) : fmt::format("; did you mean '{}'?", meant);
+  std::string hint = meant.empty() ? suggestion(name, known) : fmt::format("; did you mean '{}'?", meant);
+  if (is_mega(name)) hint = fmt::format("; there is no prefix for millions here, known: {}", fmt::join(known, ", "));
+  for (const Unit& other : units()) {  // "30 hz" where a time is wanted, or a rate
+    if (!any && meant.empty() && other.dimension != wanted && same_letters(name, other.name))
+      hint = fmt::format("; '{}' is a unit of {}", other.name, info(other.dimension).name);
+  }
   return any ? fmt::format("'{}' is not a unit{}", name, hint)
              : fmt::format("'{}' is not a unit of {}{}", name, info(wanted).name, hint);
 }

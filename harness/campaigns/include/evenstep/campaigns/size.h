@@ -55,7 +55,11 @@ struct SizeResult {
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// `--within`: bounds of all schedules that one lead and latency is to be enough for
+/// For a strategy that remaps, over the timing of its scenario. A timing in which nothing varies is the same for ever; empty
+/// for a gate, which changes the timing instead of missing anything.
+std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind);
+
+/// `--within`: bounds of all schedules that are to be safe with one lead and latency
 /// (harness/campaigns/src/schedules/within.h).
 struct WithinBounds {
   static constexpr std::int64_t kMostSteps = 1000;        ///< in a segment

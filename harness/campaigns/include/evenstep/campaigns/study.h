@@ -43,7 +43,10 @@ struct StudyAdvice {
   bool keeps_real_time = false;     ///< even the slowest repeat took less than a CPU second per simulated second
   std::string text;                 ///< a sentence or two
 };
+/// An interrupted study has none, and the text says why: what it has not measured may be better or cheaper.
 StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal);
+/// That text.
+std::string no_advice_if_interrupted(const StudyGoal& goal);
 
 /// The files of its folder, study.json first.
 std::vector<FolderFile> study_files(const Scenario& scenario, const StudyRecord& study, const std::string& reproduce);

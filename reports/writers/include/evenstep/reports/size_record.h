@@ -49,7 +49,7 @@ struct SizeUnseen {
   Duration late_by, missing_by;        ///< how late a force and a sample were at worst; 0: never
 };
 
-/// How much the segments of a recording say about the next ones (harness/campaigns/src/size/trust.h).
+/// How much the segments of a recording say about the next ones (harness/include/evenstep/harness/trust.h).
 struct SizeTrust {
   std::int64_t segments = 0;
   double alike = 1;  ///< D: so many segments count as one, because late ones come together
@@ -63,6 +63,8 @@ struct SizeTrust {
   std::optional<Change> change;  ///< the segments before and after are not of one process
   bool one_process() const { return tested && !change; }
 };
+/// Why a recording is not one process, as far as it can tell.
+std::string not_one_process(const SizeTrust& trust);
 
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
@@ -95,6 +97,17 @@ struct SizePer {
   std::string refused;                  ///< why there is no such latency
   Duration to_record;                   ///< how much more would do; 0: nobody can tell
 };
+
+/// Of a map in a scenario: the latency to be trusted for an hour, at 95 %. Beside the least latency, which is exact for this
+/// timing and says nothing of the next.
+struct TrustedLatency {
+  static constexpr Duration kSpan{3'600'000'000'000};
+  static constexpr double kConfidence = 0.95;
+  SizeTrust trust;
+  SizePer per;
+};
+/// "58.123456 ms with a lead of 3.200000 ms", or "cannot be known: " and why, and how much more would do.
+std::string text(const TrustedLatency& latency);
 
 /// The least latency of any path (remap/jump_bound.h), or of a map, whose velocity jump is at most `jump`.
 struct SizePath {

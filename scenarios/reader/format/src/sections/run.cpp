@@ -12,13 +12,8 @@ void read_strategies(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
-  const auto kind_named = [](const std::string& name) {
-    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(),
-                        [&](const StrategyTraits& traits) {
-                          return name == traits.name;  // the field table allows no other names
-                        })
-        ->kind;
-  };
+  // The field table allows no other names.
+  const auto kind_named = [](const std::string& name) { return strategy_named(name)->kind; };
   for (const Value& name : run.at("strategies").list) {
     const StrategyKind kind = kind_named(name.text);
     if (std::find(scenario.strategies.begin(), scenario.strategies.end(), kind) == scenario.strategies.end()) {

@@ -200,6 +200,23 @@ void read_in_turn(ScenarioReading& reading, const Table& timing) {
   if (errors.count() == errors_before) set_nominal(reading.scenario, shares, step);
 }
 
+/// Checks that no visualization is so long that more steps come beside it, or become due, than a segment may have. `step`:
+/// what there is one of in that time, the shortest.
+void check_steps_beside(const Table& timing, const ProgrammedTiming& programmed, Duration step, Errors& errors) {
+  const auto check = [&](const Table& table, Duration visualization) {
+    if (static_cast<double>(visualization.ns) <= kMostSteps * static_cast<double>(step.ns)) return;
+    errors.add(
+        table.place("visualization"),
+        fmt::format("'visualization': more than {:.0f} steps of {} come beside it, or become due; write a shorter time",
+                    kMostSteps, in_ms(step)));
+  };
+  check(timing, programmed.visualization);
+  const std::vector<Table> changes = timing.tables("changes");
+  for (std::size_t i = 0; i < changes.size() && i < programmed.changes.size(); ++i)
+    check(changes[i], programmed.changes[i].visualization.value_or(Duration{}));
+  if (programmed.hitch) check(timing.table("hitch"), programmed.hitch->visualization);
+}
+
 /// Computes T and s for a visualization in a lane of its own; false, with an error, if that is impossible.
 bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
   shares.visualization = programmed.visualization;
@@ -255,6 +272,9 @@ void read_concurrent(ScenarioReading& reading, const Table& timing) {
   programmed.segment = shares.segment;
   read_timing_models(timing, programmed, errors);
   check_pace(timing, programmed, errors);
+  Duration step = starting_step(programmed);
+  for (const TimingChange& change : programmed.changes) step = std::min(step, change.step.value_or(step));
+  check_steps_beside(timing, programmed, step, errors);
   if (errors.count() == errors_before) set_nominal_of_lanes(reading.scenario, shares);
 }
 
@@ -342,6 +362,7 @@ void read_accumulator(ScenarioReading& reading, const Table& timing) {
   read_timing_models(timing, programmed, errors);
   check_frames_take_time(timing, programmed, errors);
   check_load(timing, programmed, errors);
+  if (!loop.max_steps) check_steps_beside(timing, programmed, size, errors);
   if (errors.count() > errors_before) return;
   const MeanTiming mean = mean_timing(programmed);
   const Duration frame = programmed.paced ? shares.segment_length() : Duration{std::llround(mean.segment_ns)};

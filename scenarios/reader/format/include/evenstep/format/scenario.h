@@ -93,6 +93,8 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{
         .kind = StrategyKind::interpolated, .name = "interpolated", .plays_as_it_comes = true, .continues = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
+/// nullptr: there is no such strategy.
+const StrategyTraits* strategy_named(std::string_view name);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
 

@@ -1,4 +1,4 @@
-#include "trust.h"
+#include "evenstep/harness/trust.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #pragma once
-/// What can be promised about a rate of underruns, from what the segments need of a map (rate.h), in the order of time.
+/// What can be promised about a rate of underruns, from what the segments need of a map, in the order of time.
 ///
 /// Neighbouring segments are alike, so n of them say less than n independent ones. Where a share of the segments is late,
 /// the variance of their number is D times that of independent ones,
@@ -25,8 +25,8 @@
 #include <span>
 #include <vector>
 
+#include "evenstep/harness/segment_needs.h"
 #include "evenstep/reports/size_record.h"
-#include "rate.h"
 
 namespace evenstep::internal {
 
