@@ -16,7 +16,7 @@ std::string schedules(const SizeWithin& within) {
   std::string out =
       fmt::format("Every schedule of drawings of {} and steps of {}", text(within.visualization), text(within.step));
   if (within.step_size)
-    return out + fmt::format(", back to back: frames that run the steps of {:.6g} ms that are due when they begin\n",
+    return out + fmt::format(", back to back;\n  frames run the steps of {:.6g} ms that are due when they begin\n",
                              ms(*within.step_size));
   const SizeCounts& steps = *within.steps;
   return out + fmt::format(", {} after each drawing, back to back\n",
