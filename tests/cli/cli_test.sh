@@ -496,7 +496,7 @@ case_diff_names_the_first_differing_event() {
 }
 case_check_explains_without_running() {
   expect 0 "least: any device phase" check "$spring"
-  expect 0 "for an hour, 95 % sure: 12.842222 ms with a lead of 0.259999 ms" check "$spring"
+  expect 0 "for an hour, 95 % sure: 15.064444 ms with a lead of 0.259999 ms" check "$spring"
   no_run_folder
   expect 2 "error" check nowhere.toml
 }

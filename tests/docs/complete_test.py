@@ -14,7 +14,8 @@ from pathlib import Path
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2]).resolve()
 
 # Options of other programs that pages name.
-OTHERS_OPTIONS = set("""--allow-empty --array --build --cap-add --cflags --component --config --install --libs
+OTHERS_OPTIONS = set("""--allow-empty --array --build --cap-add --cflags --component --config --coverage
+--exclude --exclude-throw-branches --exclude-unreachable-branches --install --libs
 --no-install-recommends --output-on-failure --prefix --preset --requeue --resume-failed --sshlogin
 --target --test-dir
 --type --ulimit""".split())
@@ -28,7 +29,7 @@ JSON_OF = {
     "check": ["apps/src/commands/check.cpp", "harness/campaigns/src/cost/text.cpp",
               "reports/writers/include/evenstep/reports/json.h"],
     "list": ["apps/src/commands/list.cpp"],
-    "size": ["reports/writers/files/size_json.cpp"],
+    "size": ["reports/writers/files/size_json.cpp", "reports/writers/texts/size_within.cpp"],
     "advise": ["reports/writers/files/advice_json.cpp"],
     "fit": ["harness/campaigns/src/fit/json.cpp"],
     "study": ["reports/writers/texts/study.cpp", "reports/writers/texts/felt_study.cpp",
