@@ -104,6 +104,10 @@ TEST_CASE("a scenario is trusted for an hour with what size --per says, or with 
   const SizeRecord sized = size_scenario(*even, {}).record;
   CHECK(exact->per.latency == strategy(sized, "phase_locked").any_phase.latency);
   CHECK_FALSE(trusted_latency(*even, StrategyKind::direct));
+  const ReadResult real = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
+                                        {.set = {"timing.step=\"real\"", "scene.step_size=\"fill\""}});
+  REQUIRE(real);
+  CHECK_FALSE(trusted_latency(*real, StrategyKind::phase_locked));
 
   const ReadResult changes = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/recorded/h100-render.toml");
   REQUIRE(changes);

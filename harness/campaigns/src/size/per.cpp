@@ -77,7 +77,8 @@ SizePer size_per(std::span<const SegmentNeed> needs, const SizeTrust& trust, Dur
 namespace evenstep {
 
 std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind) {
-  if (!is_remap(kind) || scenario.remap.interaction_underrun == InteractionUnderrun::gate) return std::nullopt;
+  const bool unknown = scenario.timing.real_steps || scenario.remap.interaction_underrun == InteractionUnderrun::gate;
+  if (!is_remap(kind) || unknown) return std::nullopt;
   const MapSetup setup = map_setup(scenario);
   internal::SegmentNeeds collected(setup.grids, setup.emission, RunningNeeds::Phase::any,
                                    needed_ahead(setup, kind, setup.emission));

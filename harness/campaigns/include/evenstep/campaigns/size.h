@@ -55,8 +55,8 @@ struct SizeResult {
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// For a strategy that remaps, over the timing of its scenario. A timing in which nothing varies is the same for ever; empty
-/// for a gate, which changes the timing instead of missing anything.
+/// For a strategy that remaps, over the timing of its scenario. A timing in which nothing varies is the same for ever. Empty
+/// for real steps, whose timing nobody knows, and for a gate, which changes the timing instead of missing anything.
 std::optional<TrustedLatency> trusted_latency(const Scenario& scenario, StrategyKind kind);
 
 /// `--within`: bounds of all schedules that are to be safe with one lead and latency
