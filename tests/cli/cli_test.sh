@@ -1416,7 +1416,7 @@ case_advise_refuses_bad_input() {
   no_run_folder
 }
 case_a_rate_with_confidence() {
-  expect 0 "27 clean seeds" check "$source_dir/scenarios/sizing/underrun-rate.toml"
+  expect 0 "49 clean seeds" check "$source_dir/scenarios/sizing/underrun-rate.toml"
   expect 0 "fails as expected" run --verbose "$source_dir/scenarios/sizing/underrun-rate.toml"
   local rate='signal = "left.buffers.phase_locked"'
   scenario '[[expect]]' "$rate" 'metric = "underruns"' 'max = 0' 'confidence = "95 %"'

@@ -41,6 +41,21 @@ TEST_CASE("a run whose device still drives at its end has failed however it ende
   }
 }
 
+TEST_CASE("a device that is only read may center by itself: its driver has nothing to stop") {
+  std::vector<std::string> set{"run.duration=\"0.3 s\"", "run.warmup=\"0.1 s\"", "expect=[]", "device.left.driver=\"evdev\"",
+                               "device.left.evdev={ travel = [\"200 mm\", \"200 mm\", \"0 mm\"] }"};
+  const RunOutcome read_only = run_scenario(read("paper/figure-1-spring.toml", set), {});
+  CHECK(read_only.failure.empty());
+  REQUIRE(!read_only.record.strategies.empty());
+  CHECK(read_only.record.strategies[0].devices[0].counters.at("motors_left") > 0);
+  // One that was told something must be at rest.
+  set.back() = "device.left.evdev={ travel = [\"200 mm\", \"200 mm\", \"0 mm\"], full_scale = \"10 N\" }";
+  CHECK(run_scenario(read("paper/figure-1-spring.toml", set), {}).failure.empty());
+  set.push_back(lost_from("0 s"));
+  CHECK_THAT(run_scenario(read("paper/figure-1-spring.toml", set), {}).failure,
+             Catch::StartsWith("left: the device still drives after its driver has stopped: "));
+}
+
 TEST_CASE("a scenario cannot expect that a device still drives") {
   const std::vector<std::string> set{"expect_stop={ reason = \"still-driving\" }"};
   CHECK_FALSE(read_scenario(shipped("safety/exit-pid.toml"), {set, std::nullopt}));

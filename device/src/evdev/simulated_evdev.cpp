@@ -234,6 +234,7 @@ int SimulatedEvdev::access(Owner who, int id) const {
 }
 
 int SimulatedEvdev::upload(EvdevEffect& effect) {
+  is_told_ = true;
   if (is_gone()) {
     motors_.ask_away({std::abs(effect.level / 32767.0) * options_.full_scale_N, 0, 0});
     return without_device();
@@ -271,6 +272,7 @@ int SimulatedEvdev::erase_as(Owner who, int id) {
 int SimulatedEvdev::erase(int id) { return erase_as(Owner::we, id); }
 
 int SimulatedEvdev::write(const EvdevEvent& event) {
+  is_told_ = true;
   if (is_gone()) return without_device();
   if (event.type != evdev::kFf) return 0;
   bool lost = false;
@@ -363,6 +365,7 @@ MotorState SimulatedEvdev::motors() {
   }
   motors_.tell(state);
   state.effects_ended = effects_ended_;
+  state.by_itself = !is_told_;
   return state;
 }
 

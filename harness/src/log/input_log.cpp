@@ -448,7 +448,7 @@ ReadResult scenario_of(const InputLog& log, const Registry& registry) {
   std::vector<Diagnostic> missing;
   place_files(log, document, place, folder, missing);
   if (!missing.empty()) return Failure(std::move(missing));
-  ReadResult scenario = read_document(std::move(document), place, registry);
+  ReadResult scenario = read_document(std::move(document), place, registry, true);
   if (!scenario) return scenario;
   if (scenario->case_spec || scenario->devices.size() != log.inputs.size() || name_of(scenario->live) != log.head.strategy)
     return Failure(

@@ -56,7 +56,8 @@ void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedMoto
   if (driver) driver->stop();
   const MotorState left = motors_at_end(device);
   const bool any_effect = left.effects_playing > 0 || left.effects_allocated > 0;
-  if (left.force_N == glm::dvec3(0) && !any_effect && !left.actuators_enabled) return;
+  const bool is_at_rest = left.force_N == glm::dvec3(0) && !any_effect && !left.actuators_enabled;
+  if (is_at_rest || left.by_itself) return;
   throw RunFailure(kStillDriving,
                    fmt::format("{}: the device still drives after its driver has stopped: {:.6g} N, {} effects play, {} are "
                                "allocated, actuators {}",

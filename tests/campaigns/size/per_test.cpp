@@ -116,7 +116,8 @@ TEST_CASE("a scenario is trusted for an hour with what size --per says, or with 
   CHECK(text(*unknown) == "cannot be known: from 4.069 s on it is another process than before.");
 
   const ReadResult varies = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
-                                          {.set = {"timing.jitter={visualization=0.1}", "run.duration=\"60 s\""}});
+                                          {.set = {"timing.paced=true", "timing.step=1.3 ms", "run.duration=60 s",
+                                                   "timing.jitter={ visualization = \"lognormal 10 %\" }"}});
   REQUIRE(varies);
   const auto beyond = trusted_latency(*varies, StrategyKind::phase_locked);
   REQUIRE(beyond);

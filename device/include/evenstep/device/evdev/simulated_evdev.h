@@ -109,6 +109,7 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
   std::size_t complete_ = 0;  // events at the front of the queue that are whole reports
   std::vector<Slot> slots_;
   int gain_ = 0xFFFF, autocenter_ = 0;
+  bool is_told_ = false;  // something, by whoever
   bool meddled_ = false;
   bool has_returned_ = false;  // and no read has said so
   std::int64_t next_tick_ = 0, next_firmware_tick_ = 0;

@@ -21,6 +21,7 @@ struct MotorState {
   Duration unrenewed;              ///< longest time so far that a force was rendered without a new output report
   /// If the device was away: the largest force that was asked for meanwhile, in vain.
   std::optional<double> asked_away_N;
+  bool by_itself = false;          ///< nobody has told it anything, so that what it does it does by itself
   std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
 
