@@ -164,7 +164,7 @@ TEST_CASE("as many seeds are run as a clean record needs to pass") {
                         &seeds, &needed) == 4);
     CHECK(hit == 0);
     CHECK(segments >= needed);
-    CHECK(segments - segments / seeds < needed);  // no more seeds than needed
+    CHECK((seeds - 1) * (segments / seeds) < needed);  // no more seeds than needed, of as many segments as the first has
     uneven += segments > needed;
   }
   CHECK(uneven > 0);  // otherwise rounding to whole seeds was never tested
