@@ -217,7 +217,7 @@ TEST_CASE("Every key with extreme values is refused with its place, or the comma
   if (std::getenv("EVENSTEP_KEY")) return;
   CHECK(tried.values > share_of(10 * 30));
   CHECK(tried.taken > share_of(10 * 7));
-  CHECK(tried.runs > share_of(10));
+  if (!kSanitized) CHECK(tried.runs > share_of(10));  // of so few values chance may run none
 }
 
 TEST_CASE("Every extreme value that is taken ends every command as documented", "[million]") {

@@ -2,6 +2,7 @@
 // and "throws 3" make it throw, "says nothing" makes it fail without words. Other words are described where they are read.
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -33,9 +34,10 @@ int done(const Told& told, const char* function, evenstep_error* error) {
 
 template <class Request>
 int create(const Request* request, void** object, evenstep_error* error) {
-  auto* const told = new Told{request->part.options};
-  *object = told;
-  return done(*told, "create", error);
+  auto told = std::make_unique<Told>(Told{request->part.options});
+  const int code = done(*told, "create", error);
+  if (code == EVENSTEP_OK) *object = told.release();
+  return code;
 }
 void destroy(void* object) {
   auto* const told = static_cast<Told*>(object);
@@ -82,6 +84,7 @@ int reset(void* object, evenstep_error* error) { return done(of(object), "reset"
 
 int create_device(const evenstep_device_request* request, void** object, evenstep_error* error) {
   const int code = create(request, object, error);
+  if (code != EVENSTEP_OK) return code;
   of(*object).grip = request->grip;
   if (request->path != nullptr) of(*object).numbers[0] = static_cast<double>(std::strlen(request->path));
   return code;
