@@ -225,12 +225,8 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   result.max = expectation.max->number;
   const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
   const internal::RateBasis basis = internal::rate_basis(scenario, signal.kind);
-  if (!basis.refused.empty()) {
-    make_error(result, "nobody can be sure of a rate: " + basis.refused);
-    return result;
-  }
   const std::int64_t needed = internal::clean_segments(most, *expectation.confidence, basis);
-  const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
+  const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind, basis);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
     make_error(result, seeds == 0 ? "no segment is judged"
                                   : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
@@ -418,6 +414,22 @@ std::vector<std::string> signals_like(const Expectation& expectation, const Scen
 
 }  // namespace
 
+namespace {
+
+/// Why nobody can be sure of a rate of these signals; empty if one can.
+std::string why_not_sure(const Expectation& expectation, const Scenario& scenario) {
+  if (!expectation.confidence || scenario.timing.trace.empty()) return {};
+  const std::vector<std::string> signals = signals_like(expectation, scenario);
+  for (const internal::RateSignal& one : internal::rate_signals(scenario)) {
+    if (std::find(signals.begin(), signals.end(), one.name) == signals.end()) continue;
+    const internal::RateBasis basis = internal::rate_basis(scenario, one.kind);
+    if (!basis.refused.empty()) return "nobody can be sure of a rate: " + basis.refused;
+  }
+  return {};
+}
+
+}  // namespace
+
 std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
   std::vector<Diagnostic> errors;
   const Nominal nominal = nominal_of(scenario);
@@ -456,6 +468,10 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
             fmt::format(
                 "'{}' has no value here: the twin reads the programmed motion, and a hand that feels the force has none",
                 expectation.metric));
+      continue;
+    }
+    if (std::string why = why_not_sure(expectation, scenario); !why.empty()) {
+      error(at.metric, std::move(why));
       continue;
     }
     for (const auto& [limit, place] : {std::pair(expectation.min, at.min), std::pair(expectation.max, at.max)}) {

@@ -1429,6 +1429,11 @@ case_a_rate_with_confidence() {
   expect 2 "'seeds' goes with 'confidence'" check x.toml
   scenario '[[expect]]' "$rate" 'metric = "underrun_rate"' 'max = "1 %"' 'confidence = "95 %"'
   expect 0 "every seed of this timing is the same" check x.toml
+  local changing=(--set "timing={ trace = \"$source_dir/scenarios/recorded/h100-render.csv\" }" --set 'run.duration="9.9 s"'
+    --set 'scene.step_size="450 Hz"')
+  for command in check run; do
+    expect 2 "x.toml:6:10: error: nobody can be sure of a rate: from " "$command" x.toml "${changing[@]}"
+  done
 }
 case_concurrent_timing_runs_and_is_refused_on_a_wall_clock() {
   local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5

@@ -251,3 +251,21 @@ TEST_CASE("sources: polyphase remembers its taps and the longest gap between two
   CHECK(longest > resampler.period * 2);
   CHECK(record.force_memory == resampler.period * resampler.taps + longest);
 }
+
+TEST_CASE("no force of a burst between two ticks is lost to a strategy that plays several forces at a time") {
+  RunOptions options;
+  const RunOutcome run = run_scenario(
+      read("paper/figure-1-spring.toml",
+           {"run.duration=0.5 s", "run.warmup=0.1 s", "expect=[]", "timing.step=\"50 us\"", "scene.step_size=\"450 Hz\"",
+            "run.strategies=[\"holt_winters\", \"interpolated\", \"chunk_replace\", \"chunk_append\", "
+            "\"chunk_blend\"]",
+            "run.live=\"direct\""}),
+      options);
+  INFO(run.failure);
+  REQUIRE(run.record.strategies.size() == 5);
+  for (const StrategyRecord& strategy : run.record.strategies) {
+    INFO(strategy.name);
+    CHECK(strategy.devices[0].counters.at("source_lost") == 0);
+    CHECK(strategy.devices[0].flow->forces > 200);
+  }
+}

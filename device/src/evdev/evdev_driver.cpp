@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "../effect_springs.h"
+#include "../surely.h"
 
 namespace evenstep {
 namespace {
@@ -321,18 +322,11 @@ void EvdevDriver::create(int axis, bool is_spring) {
 }
 
 void EvdevDriver::stop() noexcept {
-  const auto surely = [](auto call) {
-    for (int tries = 0; tries < 2; ++tries) {
-      try {
-        tried(call);
-        return;
-      } catch (...) {  // a simulated hand has diverged, which it says once; the device must be stopped nevertheless
-      }
-    }
-  };
   for (const Effect& effect : effects_) {
-    surely([&] { return node_.write({evdev::kFf, static_cast<std::uint16_t>(effect.wanted.id), 0}); });
-    surely([&] { return node_.erase(effect.wanted.id); });
+    internal::surely([&] {
+      tried([&] { return node_.write({evdev::kFf, static_cast<std::uint16_t>(effect.wanted.id), 0}); });
+    });
+    internal::surely([&] { tried([&] { return node_.erase(effect.wanted.id); }); });
   }
   effects_.clear();
   started_ = false;

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "../surely.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
 
@@ -76,13 +77,7 @@ inline HidWrite send_surely(HidTransport& transport, std::span<const std::byte> 
 
 /// Sends a report that a device must get before it is left alone; a failure is ignored.
 inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
-  for (int tries = 0; tries < 2; ++tries) {
-    try {
-      send_surely(transport, report);
-      return;
-    } catch (...) {  // a simulated hand has diverged, which it says once; the device must be stopped nevertheless
-    }
-  }
+  surely([&] { send_surely(transport, report); });
 }
 
 }  // namespace evenstep::internal

@@ -131,9 +131,9 @@ std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_
   return each == 0 ? 0 : (segments + each - 1) / each;
 }
 
-std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind) {
+std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind,
+                          const RateBasis& basis) {
   const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
-  const RateBasis basis = rate_basis(scenario, kind);
   const std::int64_t enough = seeds_with(scenario, kind, clean_segments(most, *expectation.confidence, basis));
   if (enough == 0) return 0;
   // If nothing is random every seed gives the same run, and running it again would prove nothing.

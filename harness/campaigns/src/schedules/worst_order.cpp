@@ -247,36 +247,39 @@ FoundOrder OrderSearch::search(StrategyKind map) const {
   const std::size_t seen = kept_ + stretch_ + (kept_ + stretch_ + 1 == segments_.size() ? 1 : 0);
   const std::vector<Order> starts = this->starts();
   const LatencyBudget recorded = needs(map, starts.front(), segments_.size());
-  Tried best{starts.front(), recorded.latency};
+  Order worst = starts.front();
   LatencyBudget needed = recorded;
   std::int64_t tried = 0;
   const auto judge_whole = [&](const Order& order) {
     const LatencyBudget whole = needs(map, order, segments_.size());
-    if (whole.latency <= best.latency) return;
-    best = {order, whole.latency};
+    if (whole.latency <= needed.latency) return;
+    worst = order;
     needed = whole;
   };
   std::uint64_t draw = 0;
   for (const Order& start : starts) {
     judge_whole(start);
-    Tried now{start, needs(map, start, seen).latency};
+    Order now = start;
+    Duration most = needs(map, now, seen).latency;
     for (std::int64_t i = 0; i < orders_ / std::ssize(starts); ++i) {
-      Order order = now.order;
+      Order next = now;
       ++tried;
-      if (!change(draw++, order)) continue;
-      const Duration latency = needs(map, order, seen).latency;
-      if (latency >= now.latency) now = {std::move(order), latency};
+      if (!change(draw++, next)) continue;
+      const Duration latency = needs(map, next, seen).latency;
+      if (latency < most) continue;
+      most = latency;
+      now = std::move(next);
     }
-    judge_whole(now.order);
+    judge_whole(now);
   }
   FoundOrder out;
   out.row = {.name = name_of(map),
              .latency = recorded.latency,
              .lead = recorded.lead,
-             .worst_latency = best.latency,
+             .worst_latency = needed.latency,
              .worst_lead = needed.lead,
              .tried = tried};
-  out.segments = in_order(best.order, segments_.size());
+  out.segments = in_order(worst, segments_.size());
   return out;
 }
 

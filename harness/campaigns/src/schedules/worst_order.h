@@ -42,11 +42,6 @@ class OrderSearch {
 
  private:
   using Order = std::vector<std::uint32_t>;
-  struct Tried {
-    Order order;
-    Duration latency;
-  };
-
   Duration length(std::uint32_t segment) const { return lengths_[segment]; }
   std::int64_t together(const Order& order) const;
   Order allowed(const Order& wanted) const;

@@ -306,7 +306,8 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   const auto signal = std::find_if(signals.begin(), signals.end(), [&](const auto& one) { return one.name == signal_name; });
   const std::vector<StrategyPlan> plans = plan(scenario);
   const auto with = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
-  const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal->kind);
+  const std::int64_t seeds =
+      internal::seeds_judged(scenario, expectation, signal->kind, internal::rate_basis(scenario, signal->kind));
   const double most = *in_base(*expectation.max, "1", 0, scenario.nominal);
   const auto rate = [](const internal::RateCount& count) {
     return static_cast<double>(count.hit) / static_cast<double>(std::max<std::int64_t>(count.segments, 1));

@@ -58,7 +58,8 @@ std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_
 inline constexpr std::int64_t kMostSeeds = 1'000'000;
 
 /// Over how many seeds an expectation with a confidence is judged; 0: no segment is judged.
-std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind);
+std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind,
+                          const RateBasis& basis);
 
 /// Whether different seeds give different schedules: not for a recording, and not if nothing varies.
 bool seeds_differ(const Scenario& scenario);
