@@ -19,11 +19,17 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
   interrupted = true;
 }
 
+StrategyRecord record_until(StrategyLanes& lanes, Scheduler& scheduler, RealTime end) {
+  StrategyRecord record = lanes.finish(end);
+  record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
+  return record;
+}
+
 /// The record of what the lanes did until they failed; null if even that is impossible.
 std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, Scheduler& scheduler) {
   try {
     lanes.take_events(scheduler);
-    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.now() + Duration{1}));
+    return std::make_shared<StrategyRecord>(record_until(lanes, scheduler, scheduler.now() + Duration{1}));
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -112,9 +118,8 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
     failure.so_far = record_so_far(lanes, scheduler);
     throw;
   }
-  StrategyRecord record = lanes.finish(run.reached);
+  StrategyRecord record = record_until(lanes, scheduler, run.reached);
   record.interrupted = run.interrupted;
-  record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
   if (watched) record.tissue = picture_of(scenario, *watched);
   return record;
 }

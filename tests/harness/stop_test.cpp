@@ -73,3 +73,26 @@ TEST_CASE("a limit ends a run with its name and value, never with a hang") {
     CHECK_FALSE(outcome.remedy.empty());
   }
 }
+
+TEST_CASE("a run that stops early has the same trace hash whether its events are kept or not") {
+  std::vector<std::string> diverging = unstable(true);
+  diverging.insert(diverging.end(), {"run.duration=\"1.4 s\"", "expect_stop={ reason = \"diverged\" }"});
+  const std::vector<std::string> interrupted{"expect=[]", "run.interrupt=\"0.4 s\""};
+  const std::vector<std::string> unplugged{"expect=[]", "device.left.unplug=\"0.4 s\"",
+                                           "expect_stop={ reason = \"device\" }"};
+  for (const auto& [file, set] : {std::pair{"paper/figure-1.toml", diverging},
+                                  {"paper/figure-1-spring.toml", interrupted},
+                                  {"paper/figure-1-spring.toml", unplugged}}) {
+    std::vector<std::string> summary = set;
+    summary.push_back("run.keep=\"summary\"");
+    const RunRecord all = run_scenario(read(file, set), {}).record, kept = run_scenario(read(file, summary), {}).record;
+    INFO(file << ' ' << set.back());
+    REQUIRE_FALSE(all.strategies.empty());
+    REQUIRE(all.strategies.size() == kept.strategies.size());
+    CHECK(all.trace_hash == kept.trace_hash);
+    for (std::size_t i = 0; i < all.strategies.size(); ++i) {
+      CHECK(all.strategies[i].trace_hash == kept.strategies[i].trace_hash);
+      CHECK(kept.strategies[i].trace_hash != 0);
+    }
+  }
+}
