@@ -15,10 +15,15 @@ void add_recording_options(Command& command, RecordingArguments& arguments) {
   command.option("--step", arguments.step, "of a profiler's file: names that are steps");
   command.option("--step-begin", arguments.step_begin,
                  "of a profiler's file: names that a step of several parts begins with");
+  std::vector<std::string> presets;
+  for (const RolePreset& preset : role_presets()) presets.emplace_back(preset.name);
+  command.option("--preset", arguments.preset, presets, "of a profiler's file: the names that this engine gives to these");
   command.option("--process", arguments.process, "of a profiler's file with several processes: which of them");
   command.option("--steps", arguments.steps, Range{1, 10'000}, "of a recording of pictures: so many steps after each");
   command.option("--step-time", arguments.step_time, "of a recording of pictures: how long a step takes, \"1.2 ms\"");
   command.option("--format", arguments.format, profile_formats(), "of a profiler's file, if its begin does not tell");
+  command.option("--header", arguments.header, Range{1, 100'000},
+                 "of a CSV: the line that names its columns, if its cells do not tell");
   command.option("--name", arguments.columns.name, "of a CSV with other columns: the one with the name");
   command.option("--begin", arguments.columns.begin, "of a CSV with other columns: the one with the begin");
   command.option("--end", arguments.columns.end, "of a CSV with other columns: the one with the end");
@@ -35,7 +40,8 @@ std::optional<RecordingOptions> recording_options(const RecordingArguments& argu
                    arguments.process,
                    arguments.steps,
                    {}};
-  options.profile = {arguments.format, arguments.columns};
+  options.preset = arguments.preset;
+  options.profile = {arguments.format, arguments.columns, arguments.header};
   if ((arguments.steps == 0) != arguments.step_time.empty()) {
     print({{"--steps", 0, 0, "and --step-time go together: so many steps, each so long"}});
     return std::nullopt;
@@ -59,10 +65,12 @@ std::string recording_words(const RecordingArguments& arguments) {
   option("--visualization", arguments.visualization);
   option("--step", arguments.step);
   option("--step-begin", arguments.step_begin);
+  option("--preset", arguments.preset);
   option("--process", arguments.process);
   option("--steps", arguments.steps > 0 ? fmt::format("{}", arguments.steps) : "");
   option("--step-time", arguments.step_time);
   option("--format", arguments.format);
+  option("--header", arguments.header > 0 ? fmt::format("{}", arguments.header) : "");
   option("--name", arguments.columns.name);
   option("--begin", arguments.columns.begin);
   option("--end", arguments.columns.end);

@@ -13,8 +13,8 @@
 namespace evenstep::app {
 
 struct RecordingArguments {
-  std::string segment, visualization, step, step_begin, process, step_time, format;
-  std::int64_t steps = 0;
+  std::string segment, visualization, step, step_begin, process, step_time, format, preset;
+  std::int64_t steps = 0, header = 0;
   CsvColumns columns;
 };
 

@@ -1172,6 +1172,21 @@ TRACE
   expect 2 "no name matches the visualization 'rendr'; there are 'solve' (300)" import trace.json --visualization rendr
   expect 3 "no/t.csv: error: cannot be written: there is no folder 'no'" import trace.json -o no/t.csv
 }
+case_import_says_what_is_damaged_and_exits_with_1_under_strict() {
+  local made=$source_dir/tests/recordings/made
+  expect 0 "clipped: 1 intervals run over the next begin of their thread or queue, and end there now; the first: step" \
+    import "$made/overflow.json"
+  grep -q '^warning: 1 steps and visualizations had no end of their own' out || fail "no warning"
+  tail -n 1 out | grep -q '^warning: 1 of 12 intervals (8.3 %) were merged, clipped or left out' || fail "the last line"
+  expect 1 "wrote o.csv" import "$made/overflow.json" --strict -o o.csv
+  expect 0 "2 segments" import o.csv
+  expect 0 "clipped: 1" import "$made/overflow.json" --list
+  expect 0 "5 segments with 5 visualizations and 25 steps" import "$made/mujoco.json" --preset mujoco --strict
+  expect 0 "mj_step  <- step" import "$made/mujoco.json" --preset mujoco --list
+  expect 0 "preset = \"mujoco\"" size "$made/mujoco.json" --preset mujoco
+  expect 0 "from Agent 2" import "$made/rocprofv3.csv" --list
+  expect 2 "line 2 was taken for the header" import "$made/excel-de.csv" --header 2
+}
 case_fit_says_when_to_replay() {
   local trace=$source_dir/scenarios/recorded/contended-free-basic.csv
   expect 0 "trace = \"$trace\"" fit "$trace"

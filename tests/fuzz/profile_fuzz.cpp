@@ -17,10 +17,22 @@ void require_read_or_said(bool read, const std::vector<Diagnostic>& errors) {
 void require_sound(const Profile& profile) {
   require(!profile.intervals.empty(), "a profile has no interval");
   RealTime last{INT64_MIN};
+  std::vector<std::vector<ProfileInterval>> open(profile.tracks.size());
   for (const ProfileInterval& interval : profile.intervals) {
     require(interval.begin <= interval.end && interval.begin >= last, "intervals are not in order");
-    require(interval.name < profile.names.size() && interval.source < profile.sources.size(), "an index is past its list");
+    require(interval.name < profile.names.size() && interval.track < profile.tracks.size() &&
+                profile.source_of(interval) < profile.sources.size(),
+            "an index is past its list");
     last = interval.begin;
+    // On a queue they follow each other; in a thread they nest. Those that begin together do neither.
+    const TrackOrder order = profile.tracks[interval.track].order;
+    std::vector<ProfileInterval>& running = open[interval.track];
+    std::erase_if(running, [&](const ProfileInterval& one) { return one.end <= interval.begin; });
+    for (const ProfileInterval& one : running)
+      require(
+          order == TrackOrder::any || one.begin == interval.begin || (order == TrackOrder::nest && interval.end <= one.end),
+          "an interval runs over the next begin of its track");
+    if (order != TrackOrder::any && running.size() < 100) running.push_back(interval);
   }
 }
 
@@ -37,7 +49,14 @@ void require_recording(const Profile& profile, const Roles& roles) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const ProfileResult profile = parse_profile({reinterpret_cast<const char*>(data), size}, "profile");
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  // No reader is hurt by what is not for it, or by any line as the header.
+  for (const std::string& format : profile_formats()) {
+    const ProfileResult forced = parse_profile(bytes, "profile", {format, {}, size == 0 ? 0 : data[0] % 4});
+    require_read_or_said(forced.ok(), forced.error_or({}));
+    if (forced) require_sound(*forced);
+  }
+  const ProfileResult profile = parse_profile(bytes, "profile");
   require_read_or_said(profile.ok(), profile.error_or({}));
   if (!profile) return 0;
   require_sound(*profile);

@@ -99,9 +99,9 @@ TEST_CASE("A million names are kept, or 64 MiB of them, and not one more", "[swe
 
 TEST_CASE("Ten thousand processes are kept, and not one more") {
   ProfileBuilder builder("x");
-  for (std::size_t i = 0; i < kMostNames / 100; ++i) builder.source(std::to_string(i));
+  for (std::size_t i = 0; i < kMostNames / 100; ++i) builder.track(std::to_string(i));
   CHECK_FALSE(builder.failed());
-  builder.source("one more");
+  builder.track("one more");
   CHECK_THAT(refusal(builder), Contains("more than 10000 processes"));
 }
 
@@ -148,9 +148,9 @@ TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it"
 
 TEST_CASE("Ten million intervals are kept, and not one more", "[long]") {
   ProfileBuilder builder("x");
-  const std::uint32_t name = builder.name("a", ""), source = builder.source("");
-  for (std::size_t i = 0; i < kMostIntervals; ++i) builder.add(name, source, 0, 1);
+  const std::uint32_t name = builder.name("a", ""), track = builder.track("");
+  for (std::size_t i = 0; i < kMostIntervals; ++i) builder.add(name, track, 0, 1);
   CHECK_FALSE(builder.failed());
-  builder.add(name, source, 0, 1);
+  builder.add(name, track, 0, 1);
   CHECK_THAT(refusal(builder), Contains("more than 10000000 intervals"));
 }

@@ -11,6 +11,11 @@
 
 namespace evenstep::test {
 
+/// The path of a file of our own, made after the columns that a profiler's public source writes.
+inline std::string made_file(const std::string& name) {
+  return std::string(EVENSTEP_SOURCE_DIR) + "/tests/recordings/made/" + name;
+}
+
 /// The path of a file. If it is missing, the test says so and ends.
 inline std::optional<std::string> real_file(const std::string& name) {
   namespace fs = std::filesystem;

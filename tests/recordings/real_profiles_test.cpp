@@ -99,7 +99,7 @@ TEST_CASE("PresentMon's default and v2 metrics of one capture begin alike on all
     std::multiset<std::pair<std::string, std::int64_t>> all;
     for (const ProfileInterval& one : profile.intervals) {
       // The address of a swap chain is written with and without leading zeros.
-      std::string source = profile.sources[one.source];
+      std::string source = profile.sources[profile.source_of(one)];
       all.insert({source.substr(0, source.find(", swap")), one.begin.ns});
     }
     return all;

@@ -2,6 +2,7 @@
 
 #include "catch.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "real_files.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -14,7 +15,7 @@ struct Made {
   const char* source = "";
 };
 
-Profile profile_of(const std::vector<Made>& all, const std::string& category = "") {
+Profile profile_of(const std::vector<Made>& all, const std::string& category = "", TrackOrder order = TrackOrder::any) {
   Profile profile;
   profile.file = "x.csv";
   const auto index = [](auto& list, auto value, auto same) {
@@ -28,6 +29,7 @@ Profile profile_of(const std::vector<Made>& all, const std::string& category = "
     const auto name =
         index(profile.names, ProfileName{one.name, category}, [&](const auto& n) { return n.text == one.name; });
     const auto source = index(profile.sources, std::string(one.source), [&](const auto& s) { return s == one.source; });
+    if (source == profile.tracks.size()) profile.tracks.push_back({source, "", order});
     profile.intervals.push_back({{one.begin_ns}, {one.end_ns}, name, source});
   }
   return profile;
@@ -223,4 +225,60 @@ TEST_CASE("What is assigned reads back from timing.csv as it is: a thousand draw
     REQUIRE(read);
     REQUIRE(format_timing_csv(*read) == csv);
   }
+}
+
+TEST_CASE("Each preset takes the steps and the drawing of a file of its engine, and names where it has these names from") {
+  struct Expected {
+    const char *preset, *file;
+    std::size_t segments, steps;  ///< steps of the first segment
+    std::int64_t step_us, picture_us;
+  };
+  for (const Expected& one : {Expected{"unity", "unity.json", 6, 2, 1500, 9000},
+                              {"godot", "godot.csv", 5, 2, 1900, 9200},
+                              {"unreal", "unreal-insights.csv", 6, 1, 3000, 8000},
+                              {"mujoco", "mujoco.json", 5, 5, 1200, 7500},
+                              {"pytorch", "pytorch.json", 6, 5, 2000, 0},
+                              {"isaac", "isaac.csv", 5, 4, 2400, 7000}}) {
+    INFO(one.preset);
+    const ProfileResult profile = read_profile(test::made_file(one.file));
+    REQUIRE(profile);
+    const AssignedRolesResult assigned = assign_roles(*profile, with_preset({}, one.preset));
+    INFO((assigned ? "" : text(assigned.error().front())));
+    REQUIRE(assigned);
+    CHECK_FALSE(assigned->damaged());
+    REQUIRE(assigned->segments.size() == one.segments);
+    const SegmentTiming& first = assigned->segments.front();
+    REQUIRE(first.steps.size() == one.steps);
+    CHECK((first.steps.front().end - first.steps.front().begin).ns == one.step_us * 1000);
+    REQUIRE(first.visualization.has_value() == (one.picture_us > 0));
+    if (first.visualization) CHECK((first.visualization->end - first.visualization->begin).ns == one.picture_us * 1000);
+  }
+  REQUIRE(role_presets().size() == 6);
+  for (const RolePreset& preset : role_presets()) CHECK(std::string(preset.source).size() > 20);
+}
+
+TEST_CASE("Roles that are given come before those of a preset, whose other roles are left out where no name matches") {
+  const Profile profile = profile_of({{"mj_step", 0, 5}, {"paint", 10, 15}, {"mj_step", 20, 25}, {"paint", 30, 35}});
+  CHECK(rows_of(profile, with_preset({}, "mujoco")) == "0,step,0,0,5\n0,step,1,20,25\n");
+  Roles roles;
+  roles.visualization = "paint";
+  CHECK(with_preset(roles, "mujoco").step == "^mj_step$");
+  CHECK(rows_of(profile, with_preset(roles, "mujoco")) == "0,visualization,0,0,5\n0,step,0,10,15\n0,idle,0,15,20\n");
+  roles.visualization = "print";
+  CHECK_THAT(rows_of(profile, with_preset(roles, "mujoco")), Contains("no name matches the visualization 'print'"));
+  CHECK_THAT(rows_of(profile, with_preset({}, "godot")), Contains("no name matches the step '^Physics Step$'"));
+}
+
+TEST_CASE("What roles would take is marked in the list of names") {
+  const Profile profile =
+      profile_of({{"frame#1", 0, 9}, {"a", 1, 2}, {"b", 2, 3}, {"draw", 4, 5}, {"other", 6, 7}, {"frame#2", 9, 20}});
+  Roles roles = roles_of("draw", "^a$|b|draw", "^frame");
+  roles.step_begin = "^a$";
+  const std::vector<NameSummary> names = summarize(profile);
+  const RoleMarks marks = mark_roles(profile, roles, names);
+  REQUIRE(marks);
+  std::string all;
+  for (std::size_t i = 0; i < names.size(); ++i) all += names[i].text + ": " + (*marks)[i] + "\n";
+  CHECK(all == "frame#N: segment\na: begins a step\nb: step\ndraw: visualization\nother: \n");
+  CHECK_FALSE(mark_roles(profile, roles_of("", "stepp"), names));
 }

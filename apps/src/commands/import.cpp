@@ -19,7 +19,7 @@ namespace {
 
 struct ImportArguments {
   std::string file, out;
-  bool list = false;
+  bool list = false, strict = false;
   RecordingArguments recording;
 };
 
@@ -36,18 +36,51 @@ void print_head(const Profile& profile) {
              length_text(end - profile.intervals.front().begin), profile.time_base);
 }
 
-void print_list(const Profile& profile) {
-  const std::vector<NameSummary> names = summarize(profile);
-  std::vector<std::int64_t> of_source(profile.sources.size());
-  for (const ProfileInterval& interval : profile.intervals) ++of_source[interval.source];
+/// How many intervals come from where; of a source with several queues also from which.
+void print_sources(const Profile& profile) {
+  std::vector<std::int64_t> of_track(profile.tracks.size()), of_source(profile.sources.size()), queues(of_source.size());
+  for (const ProfileInterval& interval : profile.intervals) ++of_track[interval.track];
+  for (std::size_t i = 0; i < of_track.size(); ++i) {
+    of_source[profile.tracks[i].source] += of_track[i];
+    queues[profile.tracks[i].source] += profile.tracks[i].order == TrackOrder::follow;
+  }
   for (std::size_t i = 0; i < of_source.size(); ++i) {
     if (!profile.sources[i].empty()) fmt::print("from {}: {} intervals\n", profile.sources[i], of_source[i]);
+    for (std::size_t k = 0; k < of_track.size() && queues[i] > 1; ++k) {
+      const ProfileTrack& track = profile.tracks[k];
+      if (track.source == i && track.order == TrackOrder::follow)
+        fmt::print("from {}, {}: {} intervals\n", profile.sources[i], track.lane, of_track[k]);
+    }
   }
+}
+
+void print_clipped(const Profile& profile) {
+  if (profile.clipped.count > 0)
+    fmt::print("clipped: {} intervals run over the next begin of their thread or queue, and end there now; the first: {}\n",
+               profile.clipped.count, profile.clipped.first);
+}
+
+/// `roles`: what they would take is marked.
+bool print_list(const Profile& profile, const Roles& roles) {
+  const std::vector<NameSummary> names = summarize(profile);
+  std::vector<std::string> marks(names.size());
+  if (!roles.unset()) {
+    RoleMarks marked = mark_roles(profile, roles, names);
+    if (!marked) {
+      print(marked.error());
+      return false;
+    }
+    marks = *std::move(marked);
+  }
+  print_sources(profile);
   fmt::print("{:>8}  {:>10}  {:>10}  name\n", "count", "median", "period");
-  for (const NameSummary& name : names) {
-    fmt::print("{:>8}  {:>10}  {:>10}  {}{}{}\n", name.count, length_text(name.median),
-               name.period ? length_text(*name.period) : "", name.category, name.category.empty() ? "" : ": ", name.text);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const NameSummary& name = names[i];
+    fmt::print("{:>8}  {:>10}  {:>10}  {}{}{}{}\n", name.count, length_text(name.median),
+               name.period ? length_text(*name.period) : "", name.category, name.category.empty() ? "" : ": ", name.text,
+               marks[i].empty() ? "" : fmt::format("  <- {}", marks[i]));
   }
+  return true;
 }
 
 void print_left_out(const std::vector<LeftOut>& left_out) {
@@ -76,6 +109,9 @@ void print_assigned(const AssignedRoles& assigned) {
     fmt::print("merged: {} intervals into the step or visualization that they are a part of\n", assigned.merged);
   if (assigned.cut > 0)
     fmt::print("cut: {} pictures begin before the one before them ends, and are taken to begin there\n", assigned.cut);
+  if (assigned.clipped > 0)
+    fmt::print("warning: {} steps and visualizations had no end of their own: they end where the next one begins\n",
+               assigned.clipped);
   print_left_out(assigned.left_out);
   std::size_t shown = 0, steps = 0;
   for (const SegmentTiming& segment : assigned.segments) {
@@ -142,6 +178,13 @@ ExitCode import_timing(const ImportArguments& arguments) {
   return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
 }
 
+/// False on an error, which is then printed.
+bool write_assigned(const std::string& path, const AssignedRoles& assigned) {
+  return write(path, [&, at = std::size_t{0}](std::ostream& out) mutable {
+    write_timing_csv(out, [&] { return at < assigned.segments.size() ? &assigned.segments[at++] : nullptr; });
+  });
+}
+
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
   try {
     if (is_input_log(arguments.file)) return import_live_run(arguments);
@@ -157,23 +200,27 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
     print(profile.error());
     return ExitCode::usage;
   }
+  const Roles roles = with_preset(options->roles, options->preset);
   print_head(*profile);
   if (arguments.list) {
-    print_list(*profile);
+    if (!print_list(*profile, roles)) return ExitCode::usage;
+    print_clipped(*profile);
     print_left_out(profile->left_out);
     return ExitCode::pass;
   }
-  const AssignedRolesResult assigned = assign_roles(*profile, options->roles);
+  const AssignedRolesResult assigned = assign_roles(*profile, roles);
   if (!assigned) {
     print(assigned.error());
     return ExitCode::usage;
   }
+  print_clipped(*profile);
   print_assigned(*assigned);
-  if (arguments.out.empty()) return ExitCode::pass;
-  const auto timing = [&, at = std::size_t{0}](std::ostream& out) mutable {
-    write_timing_csv(out, [&] { return at < assigned->segments.size() ? &assigned->segments[at++] : nullptr; });
-  };
-  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::run_failed;
+  if (!arguments.out.empty() && !write_assigned(arguments.out, *assigned)) return ExitCode::run_failed;
+  if (!assigned->damaged()) return ExitCode::pass;
+  fmt::print("warning: {} of {} intervals ({:.1f} %) were merged, clipped or left out; is the recording damaged?\n",
+             assigned->lost, assigned->judged,
+             100.0 * static_cast<double>(assigned->lost) / static_cast<double>(assigned->judged));
+  return arguments.strict ? ExitCode::expectation_failed : ExitCode::pass;
 }
 
 }  // namespace
@@ -185,7 +232,9 @@ void add_import(Commands& commands) {
       "file", arguments.file,
       "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
       "recording of `run --record`");
-  command.flag("--list", arguments.list, "only its names, with count, median length and period");
+  command.flag("--list", arguments.list,
+               "only its names, with count, median length and period, and which of them the roles given would take");
+  command.flag("--strict", arguments.strict, "exit with 1 if more than 1 % was merged, clipped or left out unasked");
   command.option("--out,-o", arguments.out, "the timing.csv to write; without it nothing is written");
   add_recording_options(command, arguments.recording);
 }

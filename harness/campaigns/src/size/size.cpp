@@ -457,7 +457,8 @@ std::string roles_in_toml(const RecordingOptions& options) {
     if (!value.empty()) out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", key, value);
   };
   for (const auto& [key, text] :
-       std::initializer_list<std::pair<const char*, const std::string&>>{{"segment", roles.segment},
+       std::initializer_list<std::pair<const char*, const std::string&>>{{"preset", options.preset},
+                                                                         {"segment", roles.segment},
                                                                          {"visualization", roles.visualization},
                                                                          {"step", roles.step},
                                                                          {"step_begin", roles.step_begin},
@@ -471,6 +472,7 @@ std::string roles_in_toml(const RecordingOptions& options) {
                                                                          {"unit", columns.unit}})
     add(key, text.empty() ? "" : json_text(Json(text)));
   add("steps", roles.steps > 0 ? std::to_string(roles.steps) : "");
+  add("header", options.profile.header > 0 ? std::to_string(options.profile.header) : "");
   return out.empty() ? "" : "{ " + out + " }";
 }
 

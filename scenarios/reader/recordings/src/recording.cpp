@@ -24,7 +24,7 @@ Csv kind_of(const std::string& path) {
 Recording read_profiled(const std::string& path, const RecordingOptions& options) {
   const ProfileResult profile = read_profile(path, options.profile);
   if (!profile) return Failure(profile.error());
-  AssignedRolesResult assigned = assign_roles(*profile, options.roles);
+  AssignedRolesResult assigned = assign_roles(*profile, with_preset(options.roles, options.preset));
   if (!assigned) return Failure(assigned.error());
   return std::move(assigned->segments);
 }

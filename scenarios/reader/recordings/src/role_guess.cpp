@@ -8,13 +8,6 @@
 namespace evenstep {
 namespace {
 
-/// "ProfilerStep#12" is "ProfilerStep#N".
-std::string without_number(const std::string& text) {
-  const std::size_t digits = text.find_last_not_of("0123456789") + 1;
-  if (digits == 0 || digits == text.size() || text[digits - 1] != '#') return text;
-  return text.substr(0, digits) + "N";
-}
-
 Duration median(std::vector<Duration>& lengths) {
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), middle, lengths.end());
@@ -45,12 +38,18 @@ std::string any_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
+std::string summary_text(const std::string& name) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+  if (digits == 0 || digits == name.size() || name[digits - 1] != '#') return name;
+  return name.substr(0, digits) + "N";
+}
+
 std::vector<NameSummary> summarize(const Profile& profile) {
   std::map<std::pair<std::string, std::string>, std::size_t> groups;
   std::vector<std::size_t> group_of_name(profile.names.size());
   std::vector<NameSummary> names;
   for (std::size_t i = 0; i < profile.names.size(); ++i) {
-    const std::string text = without_number(profile.names[i].text);
+    const std::string text = summary_text(profile.names[i].text);
     const auto [group, is_new] = groups.try_emplace({text, profile.names[i].category}, names.size());
     if (is_new) names.push_back({text, profile.names[i].category, 0, {}, std::nullopt});
     group_of_name[i] = group->second;

@@ -34,6 +34,7 @@ class Assignment {
     if (errors_.empty()) choose_sources();
     if (!errors_.empty()) return Failure(std::move(errors_));
     count_names();
+    clip_what_holds_both();
     collect_groups();
     add_segments();
     add_given_steps();
@@ -41,23 +42,43 @@ class Assignment {
     if (result_.segments.empty() && errors_.empty()) fail("no segment is whole: the roles match too few intervals");
     if (!errors_.empty()) return Failure(std::move(errors_));
     shift_to_zero();
+    judge();
     return std::move(result_);
+  }
+
+  RoleMarks marks(const std::vector<NameSummary>& names) {
+    find_roles_of_names();
+    if (!errors_.empty()) return Failure(std::move(errors_));
+    std::map<std::pair<std::string, std::string>, std::uint8_t> of_summary;
+    for (std::size_t i = 0; i < profile_.names.size(); ++i)
+      of_summary[{summary_text(profile_.names[i].text), profile_.names[i].category}] |= roles_of_name_[i];
+    std::vector<std::string> all;
+    for (const NameSummary& name : names) {
+      const std::uint8_t bits = of_summary[{name.text, name.category}];
+      all.emplace_back((bits & kIsVisualization) != 0 ? "visualization"
+                       : (bits & kBeginsStep) != 0    ? "begins a step"
+                       : (bits & kIsStep) != 0        ? "step"
+                       : (bits & kIsSegment) != 0     ? "segment"
+                                                      : "");
+    }
+    return all;
   }
 
  private:
   void fail(std::string message) { errors_.push_back({profile_.file, 0, 0, std::move(message)}); }
-  void leave_out(std::string what, const std::string& first) {
+  void leave_out(std::string what, const std::string& first, bool on_purpose = true) {
     for (LeftOut& left : result_.left_out) {
       if (left.what == what) return void(++left.count);
     }
-    result_.left_out.push_back({std::move(what), 1, first});
+    result_.left_out.push_back({std::move(what), 1, first, on_purpose});
   }
 
   void find_roles_of_names();
-  void take_role(const char* role, const std::string& text, RoleBit bit);
+  void take_role(const char* role, std::string& text, RoleBit bit);
   void choose_sources();
   bool taken(const ProfileInterval& interval, RoleBit bit) const;
   void count_names();
+  void clip_what_holds_both();
   void collect_groups();
   void add_group(const ProfileInterval& interval, bool is_step, bool begins_step);
   void add_boundary(Interval interval);
@@ -67,15 +88,18 @@ class Assignment {
   void check_length();
   void add_given_steps();
   void shift_to_zero();
+  void judge();
 
   const Profile& profile_;
   AssignedRoles result_;
   std::vector<Diagnostic> errors_;
   std::vector<std::uint8_t> roles_of_name_;
-  std::map<RoleBit, std::vector<bool>> sources_of_role_;  ///< which of them are taken
-  std::vector<Group> groups_;                             ///< in order of begin
-  std::optional<std::size_t> last_step_, last_shown_;     ///< in groups_
-  std::vector<Interval> boundaries_;                      ///< a segment begins where each of them does
+  std::map<RoleBit, std::vector<bool>> tracks_of_role_;  ///< which of them are taken
+  std::map<std::size_t, RealTime> ends_;                 ///< of intervals that were clipped here
+  std::int64_t overlapped_ = 0;                          ///< merged for no other reason
+  std::vector<Group> groups_;                            ///< in order of begin
+  std::optional<std::size_t> last_step_, last_shown_;    ///< in groups_
+  std::vector<Interval> boundaries_;                     ///< a segment begins where each of them does
 };
 
 /// "'a' (12), 'b' (3)": the names there are, the most frequent first.
@@ -88,7 +112,7 @@ std::string names_text(const Profile& profile) {
   return names.size() > kMostShown ? fmt::format("{} and {} more names", text, names.size() - kMostShown) : text;
 }
 
-void Assignment::take_role(const char* role, const std::string& text, RoleBit bit) {
+void Assignment::take_role(const char* role, std::string& text, RoleBit bit) {
   if (text.empty()) return;
   std::string category;
   for (const ProfileName& name : profile_.names) {
@@ -104,6 +128,7 @@ void Assignment::take_role(const char* role, const std::string& text, RoleBit bi
     any = true;
     roles_of_name_[i] = static_cast<std::uint8_t>(roles_of_name_[i] | bit);
   }
+  if (!any && result_.roles.optional && bit != kIsStep) return text.clear();
   if (!any) fail(fmt::format("no name matches the {} '{}'; there are {}", role, text, names_text(profile_)));
 }
 
@@ -121,7 +146,7 @@ void Assignment::find_roles_of_names() {
     result_.roles.visualization = guess.visualization;
     result_.roles.step = guess.step;
   }
-  const Roles& roles = result_.roles;
+  Roles& roles = result_.roles;
   take_role("segment", roles.segment, kIsSegment);
   take_role("visualization", roles.visualization, kIsVisualization);
   take_role("step", roles.step, kIsStep);
@@ -143,19 +168,28 @@ void Assignment::choose_sources() {
   }
   for (const auto& [bit, role] :
        {std::pair{kIsSegment, "segment"}, {kIsVisualization, "visualization"}, {kIsStep, "step"}}) {
-    std::vector<std::int64_t> counts(profile_.sources.size());
+    std::vector<std::int64_t> of_track(profile_.tracks.size()), counts(profile_.sources.size());
     for (const ProfileInterval& interval : profile_.intervals)
-      counts[interval.source] += (roles_of_name_[interval.name] & bit) != 0;
-    std::vector<bool>& taken = sources_of_role_[bit];
-    taken.resize(counts.size());
-    std::size_t several = 0, left = 0;
-    for (const std::int64_t count : counts) several += count > 0;
+      of_track[interval.track] += (roles_of_name_[interval.name] & bit) != 0;
+    std::vector<bool>& taken = tracks_of_role_[bit];
+    taken.resize(of_track.size());
+    std::vector<bool> source_taken(counts.size());
+    for (std::size_t i = 0; i < of_track.size(); ++i) {
+      const ProfileTrack& track = profile_.tracks[i];
+      counts[track.source] += of_track[i];
+      const std::string& source = profile_.sources[track.source];
+      taken[i] = of_track[i] > 0 && (!chosen || chosen->matches(source) ||
+                                     (!track.lane.empty() && chosen->matches(fmt::format("{}, {}", source, track.lane))));
+      if (taken[i]) source_taken[track.source] = true;
+    }
+    const auto several = std::count_if(counts.begin(), counts.end(), [](std::int64_t count) { return count > 0; });
+    const auto left = std::count(source_taken.begin(), source_taken.end(), true);
+    if (several == 1 && left == 0) {
+      for (std::size_t i = 0; i < of_track.size(); ++i) taken[i] = of_track[i] > 0;
+    }
     std::string text;
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-      taken[i] = counts[i] > 0 && (several == 1 || !chosen || chosen->matches(profile_.sources[i]));
-      left += taken[i];
-      if (counts[i] > 0 && text.size() < 1000)
-        text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", profile_.sources[i], counts[i]);
+    for (std::size_t i = 0; i < counts.size() && text.size() < 1000; ++i) {
+      if (counts[i] > 0) text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", profile_.sources[i], counts[i]);
     }
     if (several > 1 && left != 1) {
       fail(fmt::format("the {}s come from {} processes{}; choose one with --process REGEX: {}", role, several,
@@ -165,7 +199,40 @@ void Assignment::choose_sources() {
 }
 
 bool Assignment::taken(const ProfileInterval& interval, RoleBit bit) const {
-  return (roles_of_name_[interval.name] & bit) != 0 && sources_of_role_.at(bit)[interval.source];
+  return (roles_of_name_[interval.name] & bit) != 0 && tracks_of_role_.at(bit)[interval.track];
+}
+
+/// A step that is still running when a picture and then another step begin on its own track is a step without its end.
+void Assignment::clip_what_holds_both() {
+  struct Open {
+    std::size_t index;
+    RealTime end;
+    bool is_step, holds_step = false, holds_picture = false;
+    RealTime first{INT64_MAX};  ///< begin of the first that it holds
+  };
+  std::vector<std::vector<Open>> tracks(profile_.tracks.size());
+  const auto close = [&](std::vector<Open>& open) {
+    const Open last = open.back();
+    open.pop_back();
+    if (last.holds_step && last.holds_picture) ends_[last.index] = last.first;
+    if (open.empty() || last.end > open.back().end) return;
+    open.back().holds_step |= last.holds_step || last.is_step;
+    open.back().holds_picture |= last.holds_picture || !last.is_step;
+  };
+  for (std::size_t i = 0; i < profile_.intervals.size(); ++i) {
+    const ProfileInterval& interval = profile_.intervals[i];
+    if (profile_.tracks[interval.track].order == TrackOrder::any) continue;
+    const bool step = taken(interval, kIsStep);
+    if (!step && !taken(interval, kIsVisualization)) continue;
+    std::vector<Open>& open = tracks[interval.track];
+    while (!open.empty() && open.back().end <= interval.begin) close(open);
+    if (!open.empty() && interval.end <= open.back().end) open.back().first = std::min(open.back().first, interval.begin);
+    open.push_back({i, interval.end, step});
+  }
+  for (std::vector<Open>& open : tracks) {
+    while (!open.empty()) close(open);
+  }
+  result_.clipped += static_cast<std::int64_t>(ends_.size());
 }
 
 /// Which names became what, and how many intervals have no role.
@@ -200,7 +267,7 @@ void Assignment::add_group(const ProfileInterval& interval, bool is_step, bool b
   Group* const same = last ? &groups_[*last] : nullptr;
   if (profile_.only_visualizations && same != nullptr) {
     // The GPU may begin a picture before the one before is done; this picture then begins where that one ends.
-    if (interval.end <= same->interval.end) return leave_out("pictures within the time of the one before", {});
+    if (interval.end <= same->interval.end) return leave_out("pictures within the time of the one before", {}, false);
     result_.cut += interval.begin < same->interval.end;
     groups_.push_back({{std::max(interval.begin, same->interval.end), interval.end}});
     *last = groups_.size() - 1;
@@ -212,6 +279,7 @@ void Assignment::add_group(const ProfileInterval& interval, bool is_step, bool b
   if (overlaps || of_one_step || of_one_picture) {
     same->interval.end = std::max(same->interval.end, interval.end);
     ++result_.merged;
+    overlapped_ += !of_one_step && !of_one_picture;
     return;
   }
   last = groups_.size();
@@ -225,7 +293,10 @@ void Assignment::add_boundary(Interval interval) {
 }
 
 void Assignment::collect_groups() {
-  for (const ProfileInterval& interval : profile_.intervals) {
+  for (std::size_t i = 0; i < profile_.intervals.size(); ++i) {
+    ProfileInterval interval = profile_.intervals[i];
+    const auto clipped = ends_.find(i);
+    if (clipped != ends_.end()) interval.end = clipped->second;
     if (taken(interval, kIsSegment)) add_boundary({interval.begin, interval.end});
     const bool step = taken(interval, kIsStep);
     if (step || taken(interval, kIsVisualization))
@@ -258,7 +329,7 @@ void Assignment::add_segment(std::size_t from, std::size_t to, RealTime least_en
     if (!groups_[i].is_step && (shown == to || length(i) > length(shown))) shown = i;
   }
   for (std::size_t i = from; i < to; ++i) {
-    if (!groups_[i].is_step && i != shown) leave_out("visualizations beside a longer one in the same segment", {});
+    if (!groups_[i].is_step && i != shown) leave_out("visualizations beside a longer one in the same segment", {}, false);
   }
   if (shown != to) segment.visualization = groups_[shown].interval;
   if (!segment.visualization && segment.steps.empty()) return leave_out("segments in which nothing ran", {});
@@ -311,6 +382,12 @@ void Assignment::add_given_steps() {
     SegmentTiming& segment = result_.segments[k];
     if (!segment.steps.empty()) return fail("--steps is for a recording without steps; this one has some");
     RealTime at = segment.visualization->end;
+    // A picture that lasts its whole frame gives the end of it to the steps.
+    if (profile_.whole_frames) {
+      const Duration whole = segment.visualization->end - segment.visualization->begin;
+      at = at - Duration{std::min(roles.steps, whole.ns / roles.step_time.ns) * roles.step_time.ns};
+      segment.visualization->end = at;
+    }
     for (std::int64_t i = 0; i < roles.steps; ++i, at = at + roles.step_time) {
       if (k + 1 < result_.segments.size() && result_.segments[k + 1].begin < at + roles.step_time) {
         leave_out("given steps that do not fit between two visualizations", {});
@@ -333,8 +410,26 @@ void Assignment::shift_to_zero() {
   }
 }
 
+/// How much of the recording is not what the file says it is.
+void Assignment::judge() {
+  for (std::size_t i = 0; i < profile_.clipped.of_name.size(); ++i) {
+    if ((roles_of_name_[i] & (kIsVisualization | kIsStep)) != 0) result_.clipped += profile_.clipped.of_name[i];
+  }
+  result_.lost = overlapped_ + result_.clipped;
+  for (const LeftOut& left : result_.left_out) {
+    if (left.on_purpose) continue;
+    result_.lost += left.count;
+    result_.judged += left.count;
+  }
+  for (const RoleCount& one : result_.became) result_.judged += one.role == "segment" ? 0 : one.count;
+}
+
 }  // namespace
 
 AssignedRolesResult assign_roles(const Profile& profile, const Roles& roles) { return Assignment(profile, roles).run(); }
+
+RoleMarks mark_roles(const Profile& profile, const Roles& roles, const std::vector<NameSummary>& names) {
+  return Assignment(profile, roles).marks(names);
+}
 
 }  // namespace evenstep

@@ -40,13 +40,14 @@ void set_nominal_of_trace(Scenario& scenario) {
 /// What the names of a profiler's file are. Adds an error if they cannot be used.
 RecordingOptions read_roles(const Table& table, Errors& errors) {
   RecordingOptions options;
-  options.profile = {table.has("format") ? table.text("format") : "", {}};
+  options.profile = {table.has("format") ? table.text("format") : "", {}, table.integer("header")};
   options.profile.columns = {table.text("name"),
                              table.text("begin"),
                              table.text("end"),
                              table.text("duration"),
                              "",
                              table.has("unit") ? table.text("unit") : ""};
+  if (table.has("preset")) options.preset = table.text("preset");
   Roles& roles = options.roles;
   roles = {table.text("segment"),
            table.text("visualization"),

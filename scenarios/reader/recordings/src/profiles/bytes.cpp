@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "evenstep/text/text_file.h"
@@ -50,8 +51,74 @@ class FileBytes : public Bytes {
   std::int64_t left_ = kMostProfileBytes;
 };
 
+/// Which byte of two has the upper half of ASCII characters, 0 or 1; empty: it is not UTF-16.
+std::optional<int> zero_byte_of(std::string_view first) {
+  if (first.starts_with("\xFF\xFE")) return 1;
+  if (first.starts_with("\xFE\xFF")) return 0;
+  if (first.size() < 4) return std::nullopt;
+  for (const int zero : {0, 1}) {
+    const auto at = [&](int i) { return first[static_cast<std::size_t>(i)]; };
+    if (at(zero) == 0 && at(zero + 2) == 0 && at(1 - zero) != 0 && at(3 - zero) != 0) return zero;
+  }
+  return std::nullopt;
+}
+
+class Utf8OfUtf16 : public Bytes {
+ public:
+  explicit Utf8OfUtf16(std::unique_ptr<Bytes> utf16) : utf16_(std::move(utf16)) { error_ = utf16_->error(); }
+  std::string_view next() override {
+    text_.clear();
+    while (text_.empty()) {
+      const std::string_view piece = utf16_->next();
+      error_ = utf16_->error();
+      if (piece.empty()) break;
+      if (!big_) big_ = zero_byte_of(piece) == 0;
+      for (const char c : piece) add(static_cast<unsigned char>(c));
+    }
+    return text_;
+  }
+
+ private:
+  void add(unsigned char byte) {
+    if (!half_) return void(half_ = byte);
+    const unsigned unit = *big_ ? *half_ * 256u + byte : byte * 256u + *half_;
+    half_.reset();
+    if (std::exchange(first_, false) && unit == 0xFEFF) return;
+    const bool low = unit >= 0xDC00 && unit < 0xE000;
+    if (high_ != 0 && low) return write(0x10000 + ((std::exchange(high_, 0u) - 0xD800) << 10) + (unit - 0xDC00));
+    if (std::exchange(high_, 0u) != 0 || low) write(0xFFFD);
+    if (unit >= 0xD800 && unit < 0xDC00)
+      high_ = unit;
+    else if (!low)
+      write(unit);
+  }
+  void write(unsigned c) {
+    const auto tail = [&](unsigned shift) { text_ += static_cast<char>(0x80 | ((c >> shift) & 0x3F)); };
+    if (c < 0x80) {
+      text_ += static_cast<char>(c);
+    } else if (c < 0x800) {
+      text_ += static_cast<char>(0xC0 | (c >> 6)), tail(0);
+    } else if (c < 0x10000) {
+      text_ += static_cast<char>(0xE0 | (c >> 12)), tail(6), tail(0);
+    } else {
+      text_ += static_cast<char>(0xF0 | (c >> 18)), tail(12), tail(6), tail(0);
+    }
+  }
+
+  std::unique_ptr<Bytes> utf16_;
+  std::optional<bool> big_;
+  std::optional<unsigned char> half_;
+  unsigned high_ = 0;  ///< the first half of a character of two units
+  bool first_ = true;
+  std::string text_;
+};
+
 }  // namespace
 
+bool is_utf16(std::string_view first_bytes) { return zero_byte_of(first_bytes).has_value(); }
+std::unique_ptr<Bytes> utf8_of_utf16(std::unique_ptr<Bytes> utf16) {
+  return std::make_unique<Utf8OfUtf16>(std::move(utf16));
+}
 std::unique_ptr<Bytes> bytes_of_memory(std::string_view bytes) { return std::make_unique<MemoryBytes>(bytes); }
 std::unique_ptr<Bytes> bytes_of_file(const std::string& path) { return std::make_unique<FileBytes>(path); }
 bool is_gzip(std::string_view first_bytes) { return first_bytes.starts_with("\x1f\x8b"); }

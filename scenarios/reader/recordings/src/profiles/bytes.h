@@ -33,6 +33,11 @@ bool is_gzip(std::string_view first_bytes);
 /// Errors: zlib is not there, what it says of damaged bytes, more than kMostProfileBytes.
 std::unique_ptr<Bytes> unpacked(std::unique_ptr<Bytes> packed);
 
+/// Whether they begin with the byte order mark of UTF-16, or with two ASCII characters in it.
+bool is_utf16(std::string_view first_bytes);
+/// What is no character of UTF-16 becomes U+FFFD.
+std::unique_ptr<Bytes> utf8_of_utf16(std::unique_ptr<Bytes> utf16);
+
 /// The lines of a stream, without their ends. A line longer than kLongestProfileLine is an error.
 class Lines {
  public:

@@ -119,8 +119,10 @@ class EventReader : public nlohmann::json_sax<nlohmann::json> {
     key_.assign(text, 0, std::min<std::size_t>(text.size(), 64));
     return value();
   }
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
-    if (characters_.done() && in_events_ && depth_ <= events_depth_ + 1 && !characters_.too_long()) {
+  bool parse_error(std::size_t position, const std::string& last, const nlohmann::detail::exception& error) override {
+    if (depth_ == 0 && found_events_ && (last.ends_with('{') || last.ends_with('['))) {
+      another_ = true;
+    } else if (characters_.done() && in_events_ && depth_ <= events_depth_ + 1 && !characters_.too_long()) {
       // A program that crashed leaves a list without its end; what is before is whole.
       found_events_ = true;
       builder_.leave_out("ends of the file, which is cut off", event_.name);
@@ -137,9 +139,9 @@ class EventReader : public nlohmann::json_sax<nlohmann::json> {
     if (characters_.too_long()) builder_.fail(fmt::format("a text in it is longer than {} bytes", kLongestToken));
     if (builder_.failed()) return;
     if (!found_events_) builder_.fail("is JSON without \"traceEvents\"");
-    for (const auto& [thread, begins] : open_) {
-      for (const Open& begin : begins)
-        builder_.leave_out("begins without an end", builder_.profile().names[begin.name].text);
+    if (another_) leave_out_another();
+    for (const Thread& thread : threads_) {
+      for (const Open& begin : thread.open) leave_out_begin(begin);
     }
     for (std::string& source : builder_.profile().sources) {
       const auto named = process_names_.find(source);
@@ -151,6 +153,11 @@ class EventReader : public nlohmann::json_sax<nlohmann::json> {
   struct Open {
     std::uint32_t name;
     std::int64_t at_ns;
+  };
+  /// Begins and ends of a thread come in order of time.
+  struct Thread {
+    std::vector<Open> open;
+    std::int64_t last_ns = INT64_MIN;
   };
 
   bool in_event() const { return in_events_ && depth_ > events_depth_; }
@@ -179,22 +186,30 @@ class EventReader : public nlohmann::json_sax<nlohmann::json> {
   }
 
   void add_event();
-  void end_event(std::uint32_t source);
+  void begin_or_end(std::uint32_t track);
+  void end_event(std::uint32_t track, Thread& thread);
+  void leave_out_another();
+  void leave_out_begin(const Open& begin) {
+    builder_.leave_out("begins without an end", builder_.profile().names[begin.name].text);
+  }
 
   Characters& characters_;
   ProfileBuilder& builder_;
   int depth_ = 0, events_depth_ = 0;
   bool in_events_ = false, in_args_ = false, found_events_ = false;
+  bool another_ = false;  ///< recording behind the first one, whose clock may be another one, too
   std::string key_;
   Event event_;
-  std::map<std::pair<std::string, std::string>, std::vector<Open>> open_;  ///< by process and thread
+  std::vector<Thread> threads_;  ///< by track
   std::map<std::string, std::string, std::less<>> process_names_;
   std::size_t open_count_ = 0;
 };
 
-/// What Chrome's categories are called here: those of GPUs are the same for all readers.
-std::string_view category_of(const std::string& category) {
-  if (category == "gpu_memcpy" || category == "gpu_memset") return "copy";
+/// What categories are called here: those of GPUs are the same for all readers. PyTorch wrote "Kernel" and "Memcpy" up to
+/// 1.11, Intel's unitrace writes "gpu_op".
+std::string_view category_of(std::string_view category) {
+  if (category == "gpu_memcpy" || category == "gpu_memset" || category == "Memcpy" || category == "Memset") return "copy";
+  if (category == "gpu_op" || category == "Kernel") return "kernel";
   return category;
 }
 
@@ -203,34 +218,62 @@ void EventReader::add_event() {
     process_names_["process " + event_.process] = event_.process_name.substr(0, 100);
   if (event_.phase != "X" && event_.phase != "B" && event_.phase != "E") return;  // instants, counters, flows: no intervals
   if (!event_.at_ns || *event_.at_ns < -kFurthestTime_ns) return builder_.leave_out("events without a time", event_.name);
-  const std::uint32_t source = builder_.source("process " + event_.process);
-  if (event_.phase == "E") return end_event(source);
-  const std::uint32_t name = builder_.name(event_.name, category_of(event_.category));
-  if (event_.phase == "X") {
-    if (!event_.length_ns || *event_.length_ns > kFurthestTime_ns - std::max<std::int64_t>(*event_.at_ns, 0))
-      return builder_.leave_out("complete events without a length", event_.name);
-    return builder_.add(name, source, *event_.at_ns, *event_.at_ns + *event_.length_ns);
-  }
-  if (++open_count_ > kMostOpen) return builder_.fail(fmt::format("more than {} begins without an end", kMostOpen));
-  open_[{event_.process, event_.thread}].push_back({name, *event_.at_ns});
+  const std::string_view category = category_of(event_.category);
+  // A GPU's queue has notes on its track, too, which hold several kernels.
+  const bool of_queue = event_.phase == "X" && (category == "kernel" || category == "copy");
+  const std::uint32_t track = builder_.track("process " + event_.process, (of_queue ? "queue " : "thread ") + event_.thread,
+                                             of_queue ? TrackOrder::follow : TrackOrder::nest);
+  if (event_.phase != "X") return begin_or_end(track);
+  if (!event_.length_ns || *event_.length_ns > kFurthestTime_ns - std::max<std::int64_t>(*event_.at_ns, 0))
+    return builder_.leave_out("complete events without a length", event_.name);
+  builder_.add(builder_.name(event_.name, category), track, *event_.at_ns, *event_.at_ns + *event_.length_ns);
 }
 
-/// An end belongs to the last begin of its thread; its own name may be missing.
-void EventReader::end_event(std::uint32_t source) {
-  const auto thread = open_.find({event_.process, event_.thread});
-  if (thread == open_.end() || thread->second.empty()) return builder_.leave_out("ends without a begin", event_.name);
-  const Open begin = thread->second.back();
-  thread->second.pop_back();
-  if (thread->second.empty()) open_.erase(thread);
-  --open_count_;
-  builder_.add(begin.name, source, begin.at_ns, *event_.at_ns);
+void EventReader::begin_or_end(std::uint32_t track) {
+  if (track >= threads_.size()) threads_.resize(track + 1);
+  Thread& thread = threads_[track];
+  if (*event_.at_ns < thread.last_ns) return builder_.leave_out("begins and ends whose time goes back", event_.name);
+  thread.last_ns = *event_.at_ns;
+  if (event_.phase == "E") return end_event(track, thread);
+  if (++open_count_ > kMostOpen) return builder_.fail(fmt::format("more than {} begins without an end", kMostOpen));
+  thread.open.push_back({builder_.name(event_.name, category_of(event_.category)), *event_.at_ns});
+}
+
+/// An end belongs to the last begin of its thread that has its name. It need not have one.
+void EventReader::end_event(std::uint32_t track, Thread& thread) {
+  constexpr std::size_t kMostSearched = 1000;
+  std::vector<Open>& open = thread.open;
+  const std::string end = ProfileBuilder::shown(event_.name);
+  std::size_t inner = 0;  // begins after the one that ends
+  const std::size_t searched = std::min(open.size(), kMostSearched);
+  while (inner < searched && !end.empty() && builder_.profile().names[open[open.size() - 1 - inner].name].text != end)
+    ++inner;
+  if (inner == searched) return builder_.leave_out("ends without a begin", event_.name);
+  for (std::size_t i = open.size() - inner; i < open.size(); ++i) leave_out_begin(open[i]);
+  const Open begin = open[open.size() - 1 - inner];
+  open.resize(open.size() - 1 - inner);
+  open_count_ -= inner + 1;
+  builder_.add(begin.name, track, begin.at_ns, *event_.at_ns);
+}
+
+/// Counts its events by their key "ph".
+void EventReader::leave_out_another() {
+  std::string last;
+  std::int64_t events = 0;
+  for (; !characters_.done(); characters_.advance()) {
+    characters_.token_ends();
+    last += characters_.current();
+    if (last.size() > 4) last.erase(0, 1);
+    events += last == "\"ph\"";
+  }
+  builder_.leave_out("events of another recording behind the first one", "", false, std::max<std::int64_t>(events, 1));
 }
 
 }  // namespace
 
-bool is_chrome_json(std::string_view first_bytes) {
-  const std::size_t first = first_bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return first != std::string_view::npos && (first_bytes[first] == '{' || first_bytes[first] == '[');
+bool is_chrome_json(const ProfileInput& input) {
+  const std::size_t first = input.first.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && (input.first[first] == '{' || input.first[first] == '[');
 }
 
 void read_chrome_json(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {

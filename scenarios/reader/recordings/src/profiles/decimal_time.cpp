@@ -1,6 +1,7 @@
 #include "decimal_time.h"
 
 #include <charconv>
+#include <chrono>
 
 namespace evenstep::internal {
 namespace {
@@ -74,6 +75,24 @@ std::optional<std::int64_t> decimal_time_ns(std::string_view text, std::int64_t 
   ns += half;
   if (ns > kFurthestTime_ns) return std::nullopt;
   return static_cast<std::int64_t>(number->minus ? -ns : ns);
+}
+
+std::optional<std::int64_t> date_time_ns(std::string_view text) {
+  constexpr char kBehind[] = {'-', '-', ' ', ':', ':'};
+  constexpr int kLeast[] = {1970, 1, 1, 0, 0}, kMost[] = {2090, 12, 31, 23, 59};
+  int parts[5] = {};
+  for (int i = 0; i < 5; ++i) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parts[i]);
+    const auto used = static_cast<std::size_t>(end - text.data());
+    if (error != std::errc() || parts[i] < kLeast[i] || parts[i] > kMost[i] || used == text.size()) return std::nullopt;
+    if (text[used] != kBehind[i] && !(i == 2 && text[used] == 'T')) return std::nullopt;
+    text.remove_prefix(used + 1);
+  }
+  if (text.ends_with('Z')) text.remove_suffix(1);
+  const std::optional<std::int64_t> second = decimal_time_ns(text, 1'000'000'000);
+  if (!second || *second < 0 || *second >= 61'000'000'000) return std::nullopt;
+  const std::chrono::sys_days day = std::chrono::year{parts[0]} / parts[1] / parts[2];
+  return ((day.time_since_epoch().count() * std::int64_t{24} + parts[3]) * 60 + parts[4]) * 60'000'000'000 + *second;
 }
 
 std::optional<std::int64_t> time_unit_ns(std::string_view unit) {

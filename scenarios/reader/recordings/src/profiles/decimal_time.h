@@ -16,6 +16,10 @@ inline constexpr std::int64_t kFurthestTime_ns = 4'000'000'000'000'000'000;
 /// kFurthestTime_ns.
 std::optional<std::int64_t> decimal_time_ns(std::string_view text, std::int64_t unit_ns);
 
+/// "2026-5-1 9:05:03.123456789" in ns since 1970; empty for another text. Only whole days, hours and minutes are looked at
+/// for their range.
+std::optional<std::int64_t> date_time_ns(std::string_view text);
+
 /// "ns", "us" (also with the Greek letter), "ms", "s" in ns; empty for another word.
 std::optional<std::int64_t> time_unit_ns(std::string_view unit);
 

@@ -1,145 +1,170 @@
-// CSV with a row for each interval, or two: Nsight Systems' statistics, Perfetto's trace_processor, Tracy's csvexport, and
-// any other whose columns the user names.
+// CSV with a row for each interval, or two: rocprofv3, Nsight Systems' statistics, Perfetto's trace_processor, Tracy's
+// csvexport, and any other whose columns are known (column_names.cpp) or named by the user.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
+#include "column_names.h"
 #include "decimal_time.h"
 #include "profile_formats.h"
 
 namespace evenstep::internal {
 namespace {
 
-/// Which columns a kind of CSV has. Empty: it has none.
+/// Which columns the file has.
 struct Layout {
-  const char* title;
-  std::string name, begin, end, duration, process, lane, event;  ///< `event`: Enter or Leave
-  std::string unit;
+  std::optional<Column> name, begin, end, length, process, queue, stream, thread, event, category;
 };
 
-const std::vector<Layout>& known_layouts() {
-  static const std::vector<Layout> layouts{
-      {"Nsight Systems CSV", "Name", "Start (ns)", "End (ns)", "", "PID", "", "", "ns"},
-      {"Nsight Systems CSV", "Name", "Start (ns)", "", "Duration (ns)", "", "", "", "ns"},
-      {"CSV with Enter and Leave", "Name", "Timestamp (ns)", "", "", "Process", "streamId", "Event Type", "ns"},
-      {"Tracy CSV", "name", "ns_since_start", "", "exec_time_ns", "", "thread", "", "ns"},
-      {"trace_processor CSV", "name", "ts", "", "dur", "upid", "", "", "ns"},
-  };
-  return layouts;
-}
-
-bool has(const std::vector<std::string>& header, const std::string& column) {
-  return column.empty() || std::find(header.begin(), header.end(), column) != header.end();
-}
-
-/// Process and lane need not be there.
-const Layout* layout_of(const std::vector<std::string>& header) {
-  for (const Layout& one : known_layouts()) {
-    if (has(header, one.name) && has(header, one.begin) && has(header, one.end) && has(header, one.duration) &&
-        has(header, one.event))
-      return &one;
-  }
-  return nullptr;
+Layout layout_of(const std::vector<std::string>& header) {
+  const auto find = [&](Quantity quantity) { return column_for(header, quantity); };
+  return {find(Quantity::name),    find(Quantity::begin),   find(Quantity::end),    find(Quantity::length),
+          find(Quantity::process), find(Quantity::queue),   find(Quantity::stream), find(Quantity::thread),
+          find(Quantity::event),   find(Quantity::category)};
 }
 
 /// The layout that the user's columns make; nothing after an error.
 std::optional<Layout> layout_of(const CsvColumns& columns, const CsvTable& table, ProfileBuilder& builder) {
-  for (const std::string* column : {&columns.name, &columns.begin, &columns.end, &columns.duration, &columns.process}) {
-    if (!has(table.header(), *column))
-      builder.fail(fmt::format("there is no column '{}'; it has {}", *column, table.columns_text()), table.line(), 1);
-  }
+  const std::optional<std::int64_t> unit = time_unit_ns(columns.unit);
+  const auto find = [&](const std::string& name, std::int64_t unit_ns) -> std::optional<Column> {
+    if (name.empty()) return std::nullopt;
+    const std::optional<std::size_t> index = table.column(name);
+    if (!index) builder.fail(fmt::format("there is no column '{}'; it has {}", name, table.columns_text()), table.line(), 1);
+    return Column{index.value_or(0), unit_ns, nullptr};
+  };
+  Layout layout;
+  layout.name = find(columns.name, 0);
+  layout.begin = find(columns.begin, unit.value_or(1));
+  layout.end = find(columns.end, unit.value_or(1));
+  layout.length = find(columns.duration, unit.value_or(1));
+  layout.process = find(columns.process, 0);
   if (columns.begin.empty() || columns.end.empty() == columns.duration.empty())
     builder.fail("a CSV needs --begin COLUMN and one of --end COLUMN and --duration COLUMN");
-  if (!time_unit_ns(columns.unit))
-    builder.fail(fmt::format("'{}' is no unit for the times of a CSV; write --unit ns, us, ms or s", columns.unit));
+  if (!unit) builder.fail(fmt::format("'{}' is no unit for the times of a CSV; write --unit ns, us, ms or s", columns.unit));
   if (builder.failed()) return std::nullopt;
-  return Layout{"CSV", columns.name, columns.begin, columns.end, columns.duration, columns.process, "", "", columns.unit};
+  return layout;
+}
+
+/// What rocprofv3 calls the kinds of its rows, in the words of other readers.
+std::string_view category_of_kind(std::string_view kind) {
+  if (kind.find("KERNEL") != std::string_view::npos) return "kernel";
+  if (kind.find("MEMORY_COPY") != std::string_view::npos) return "copy";
+  if (kind.find("MARKER") != std::string_view::npos) return "range";
+  return "";
 }
 
 class RowReader {
  public:
   RowReader(CsvTable& table, const Layout& layout, ProfileBuilder& builder)
-      : table_(table),
-        builder_(builder),
-        name_(table.column(layout.name)),
-        begin_(table.column(layout.begin)),
-        end_(table.column(layout.end)),
-        duration_(table.column(layout.duration)),
-        process_(table.column(layout.process)),
-        lane_(table.column(layout.lane)),
-        event_(table.column(layout.event)),
-        unit_ns_(*time_unit_ns(layout.unit)) {}
+      : table_(table), layout_(layout), builder_(builder) {}
 
   void read_all() {
-    while (!builder_.failed() && table_.next()) event_ ? read_event() : read_row();
+    while (!builder_.failed() && table_.next()) layout_.event ? read_event() : read_row();
     if (!table_.error().empty()) builder_.fail(table_.error());
-    for (const auto& [key, begins] : open_) {
-      for (std::size_t i = 0; i < begins.size(); ++i)
+    for (const auto& [key, lane] : lanes_) {
+      for (std::size_t i = 0; i < lane.begins.size(); ++i)
         builder_.leave_out("rows that enter and never leave", builder_.profile().names[key.second].text);
     }
+    if (table_.rows_of_others() > 0)
+      builder_.leave_out("rows of another recording behind the first one", "", false, table_.rows_of_others());
   }
 
  private:
-  std::string_view name() const { return name_ ? table_.cell(name_) : "interval"; }
-  std::uint32_t source() { return builder_.source(process_ ? fmt::format("process {}", table_.cell(process_)) : ""); }
-  std::optional<std::int64_t> time(std::optional<std::size_t> column) const {
-    return decimal_time_ns(table_.cell(column), unit_ns_);
+  std::string_view cell(const std::optional<Column>& column) const {
+    return column ? table_.cell(column->index) : std::string_view();
+  }
+  std::string_view name() const { return layout_.name ? cell(layout_.name) : "interval"; }
+  /// "process 7", "agent 2": a cell may say itself what its number is.
+  static std::string labelled(std::string_view label, std::string_view cell) {
+    const bool number = cell.find_first_not_of("0123456789") == std::string_view::npos;
+    return number ? fmt::format("{} {}", label, cell) : std::string(cell);
+  }
+  std::uint32_t track() {
+    std::string source;
+    if (layout_.process) {
+      const std::string_view known = layout_.process->known == nullptr ? "" : layout_.process->known->name;
+      const bool agent = known == "agent_id" || known == "gpu-id";
+      source = agent ? labelled("Agent", cell(layout_.process)) : fmt::format("process {}", cell(layout_.process));
+    }
+    const std::string_view queue = cell(layout_.queue), thread = cell(layout_.thread);
+    if (!queue.empty()) return builder_.track(source, labelled("queue", queue), TrackOrder::follow);
+    if (!thread.empty()) return builder_.track(source, labelled("thread", thread), TrackOrder::nest);
+    return builder_.track(source);
+  }
+  std::optional<std::int64_t> time(const std::optional<Column>& column) const {
+    return column ? decimal_time_ns(table_.number(column->index), column->unit_ns) : std::nullopt;
   }
   std::string here() const { return fmt::format("line {}: {}", table_.line(), name()); }
 
   void read_row() {
-    const std::optional<std::int64_t> begin = time(begin_), length = time(duration_);
-    std::optional<std::int64_t> end = time(end_);
-    if (duration_ && begin && length) end = *begin + *length;
-    if (!begin || (!end && !length)) return builder_.leave_out("rows without times", here());
-    if (length && *length < 0) return builder_.leave_out("rows that have not ended", here());
-    if (!end || *end > kFurthestTime_ns) return builder_.leave_out("rows without an end", here());
-    builder_.add(builder_.name(name(), ""), source(), *begin, *end);
+    const std::optional<std::int64_t> begin = time(layout_.begin), length = time(layout_.length);
+    std::optional<std::int64_t> end = time(layout_.end);
+    if (!end && begin && length) end = *begin + *length;
+    if (!begin || !end) return builder_.leave_out(begin ? "rows without an end" : "rows without times", here());
+    if (!layout_.end && *length < 0) return builder_.leave_out("rows that have not ended", here());
+    if (*end > kFurthestTime_ns) return builder_.leave_out("rows without an end", here());
+    builder_.add(builder_.name(name(), category_of_kind(cell(layout_.category))), track(), *begin, *end);
   }
 
   /// Rows of one lane nest by name.
   void read_event() {
-    const std::optional<std::int64_t> at = time(begin_);
+    const std::optional<std::int64_t> at = time(layout_.begin);
     if (!at) return builder_.leave_out("rows without times", here());
     const std::uint32_t name_index = builder_.name(name(), "");
-    std::vector<std::int64_t>& begins = open_[{fmt::format("{},{}", table_.cell(process_), table_.cell(lane_)), name_index}];
-    if (open_.size() > kMostNames) return builder_.fail(fmt::format("more than {} lanes and names", kMostNames));
-    const std::string_view event = table_.cell(event_);
+    const std::string key = fmt::format("{},{},{}", cell(layout_.process), cell(layout_.stream), cell(layout_.thread));
+    Lane& lane = lanes_[{key, name_index}];
+    if (lanes_.size() > kMostNames) return builder_.fail(fmt::format("more than {} lanes and names", kMostNames));
+    const std::string_view event = cell(layout_.event);
+    if (*at < lane.last_ns) return builder_.leave_out("rows whose time goes back", here());
+    lane.last_ns = *at;
     if (event == "Enter") {
       if (++entered_ > kMostIntervals) return builder_.fail(fmt::format("more than {} intervals", kMostIntervals));
-      begins.push_back(*at);
+      lane.begins.push_back(*at);
     } else if (event != "Leave") {
       builder_.leave_out("rows that neither enter nor leave", here());
-    } else if (begins.empty()) {
+    } else if (lane.begins.empty()) {
       builder_.leave_out("rows that leave what was not entered", here());
     } else {
-      builder_.add(name_index, source(), begins.back(), *at);
-      begins.pop_back();
+      builder_.add(name_index, track(), lane.begins.back(), *at);
+      lane.begins.pop_back();
     }
   }
 
+  struct Lane {
+    std::vector<std::int64_t> begins;
+    std::int64_t last_ns = INT64_MIN;
+  };
+
   CsvTable& table_;
+  const Layout& layout_;
   ProfileBuilder& builder_;
-  std::optional<std::size_t> name_, begin_, end_, duration_, process_, lane_, event_;
-  std::int64_t unit_ns_;
-  std::map<std::pair<std::string, std::uint32_t>, std::vector<std::int64_t>> open_;  ///< by lane and name
+  std::map<std::pair<std::string, std::uint32_t>, Lane> lanes_;  ///< by lane and name
   std::size_t entered_ = 0;
 };
 
+std::string_view unit_text(std::int64_t unit_ns) {
+  return unit_ns == 1 ? "ns" : unit_ns == 1000 ? "us" : unit_ns == 1'000'000 ? "ms" : "s";
+}
+
 }  // namespace
 
-bool is_interval_csv(std::string_view first_bytes) { return layout_of(csv_header(first_bytes)) != nullptr; }
+bool is_interval_csv(const ProfileInput& input) { return are_intervals(input.head.cells); }
 
 void read_interval_csv(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder) {
-  CsvTable table(input.bytes);
-  const bool named = !options.columns.begin.empty();
-  const Layout* const known = named ? nullptr : layout_of(table.header());
-  const std::optional<Layout> layout = known != nullptr ? *known : layout_of(options.columns, table, builder);
+  CsvTable table(input.bytes, input.head);
+  const bool named = !options.columns.begin.empty() || !are_intervals(input.head.cells);
+  const std::optional<Layout> layout =
+      named ? layout_of(options.columns, table, builder) : std::optional(layout_of(input.head.cells));
   if (!layout) return;
-  builder.profile().format = layout->title;
+  const std::string_view tool = named ? "" : layout->begin->known->tool;
+  builder.profile().format = !tool.empty()                     ? tool
+                             : layout->event                   ? "CSV with Enter and Leave"
+                             : layout->begin->known != nullptr ? "CSV of intervals"
+                                                               : "CSV";
   builder.profile().time_base =
-      fmt::format("{}, as the {} of its columns says", layout->unit, named ? "unit given" : "header");
+      fmt::format("{}, as the {} of its columns says", unit_text(layout->begin->unit_ns), named ? "unit given" : "header");
+  if (input.head.decimal == ',') builder.profile().time_base += "; with decimal commas";
   RowReader(table, *layout, builder).read_all();
 }
 

@@ -142,7 +142,7 @@ class NsightReader {
     // A global id has the process in its bits 24 to 47.
     if (process >= 0 && !row.is_null(process)) text = fmt::format("process {}", (row.whole(process) >> 24) & 0xFFFFFF);
     if (device >= 0 && !row.is_null(device)) text += fmt::format("{}GPU {}", text.empty() ? "" : ", ", row.whole(device));
-    return builder_.source(text);
+    return builder_.track(text);  // a stream may run several kernels of a graph at a time
   }
 
   const Database& database_;

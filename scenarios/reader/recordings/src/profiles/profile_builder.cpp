@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <tuple>
-
 namespace evenstep::internal {
 namespace {
 
@@ -16,16 +13,16 @@ std::string_view shortened(std::string_view text) {
   return text.substr(0, length);
 }
 
-/// Without control characters: names are shown on terminals, and stand in regular expressions.
-std::string shown(std::string_view text) {
+}  // namespace
+
+/// Names are shown on terminals, and stand in regular expressions.
+std::string ProfileBuilder::shown(std::string_view text) {
   std::string plain(shortened(text));
   for (char& c : plain) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
   }
   return plain;
 }
-
-}  // namespace
 
 std::uint32_t ProfileBuilder::name(std::string_view text, std::string_view category) {
   std::pair<std::string, std::string> key{shown(text), shown(category)};
@@ -42,32 +39,46 @@ std::uint32_t ProfileBuilder::name(std::string_view text, std::string_view categ
   return index;
 }
 
-std::uint32_t ProfileBuilder::source(std::string_view text) {
-  const std::string plain = shown(text);
-  const auto found = sources_.find(plain);
+std::uint32_t ProfileBuilder::source(const std::string& text) {
+  const auto found = sources_.find(text);
   if (found != sources_.end()) return found->second;
   if (sources_.size() >= kMostNames / 100) {
     if (!failed()) fail(fmt::format("more than {} processes", kMostNames / 100));
     return 0;
   }
   const auto index = static_cast<std::uint32_t>(profile_.sources.size());
-  profile_.sources.push_back(plain);
-  sources_.emplace(plain, index);
+  profile_.sources.push_back(text);
+  sources_.emplace(text, index);
   return index;
 }
 
-void ProfileBuilder::add(std::uint32_t name, std::uint32_t source, std::int64_t begin_ns, std::int64_t end_ns) {
+std::uint32_t ProfileBuilder::track(std::string_view source_text, std::string_view lane, TrackOrder order) {
+  auto& tracks = tracks_[static_cast<std::size_t>(order)];
+  std::pair<std::string, std::string> key{shown(source_text), shown(lane.substr(0, 100))};
+  const auto found = tracks.find(key);
+  if (found != tracks.end()) return found->second;
+  if (profile_.tracks.size() >= kMostTracks) {
+    if (!failed()) fail(fmt::format("more than {} threads and queues", kMostTracks));
+    return 0;
+  }
+  const auto index = static_cast<std::uint32_t>(profile_.tracks.size());
+  profile_.tracks.push_back({source(key.first), key.second, order});
+  tracks.emplace(std::move(key), index);
+  return index;
+}
+
+void ProfileBuilder::add(std::uint32_t name, std::uint32_t track, std::int64_t begin_ns, std::int64_t end_ns) {
   if (failed()) return;
   if (end_ns < begin_ns) return leave_out("intervals that end before they begin", profile_.names[name].text);
   if (profile_.intervals.size() >= kMostIntervals)
     return fail(fmt::format("more than {} intervals; export a part of the recording", kMostIntervals));
-  profile_.intervals.push_back({{begin_ns}, {end_ns}, name, source});
+  profile_.intervals.push_back({{begin_ns}, {end_ns}, name, track});
 }
 
-void ProfileBuilder::leave_out(std::string_view what, std::string_view first) {
+void ProfileBuilder::leave_out(std::string_view what, std::string_view first, bool on_purpose, std::int64_t count) {
   const auto [found, is_new] = left_out_.try_emplace(std::string(what), profile_.left_out.size());
-  if (is_new) profile_.left_out.push_back({std::string(what), 0, shown(first.substr(0, 100))});
-  ++profile_.left_out[found->second].count;
+  if (is_new) profile_.left_out.push_back({std::string(what), 0, shown(first.substr(0, 100)), on_purpose});
+  profile_.left_out[found->second].count += count;
 }
 
 void ProfileBuilder::fail(std::string message, std::int64_t line, std::int64_t column) {
@@ -82,9 +93,8 @@ ProfileResult ProfileBuilder::finish() {
       message += fmt::format("; left out: {} {}, the first '{}'", left.count, left.what, left.first);
     return Failure(std::vector<Diagnostic>{{profile_.file, 0, 0, message}});
   }
-  std::sort(profile_.intervals.begin(), profile_.intervals.end(), [](const ProfileInterval& a, const ProfileInterval& b) {
-    return std::tie(a.begin, a.end, a.name, a.source) < std::tie(b.begin, b.end, b.name, b.source);
-  });
+  const std::int64_t twice = mend_tracks(profile_);
+  if (twice > 0) profile_.left_out.push_back({"intervals that are there twice", twice, "", false});
   return std::move(profile_);
 }
 

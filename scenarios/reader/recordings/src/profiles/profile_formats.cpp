@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "column_names.h"
 #include "evenstep/text/suggest.h"
 
 namespace evenstep {
@@ -11,8 +12,8 @@ namespace internal {
 namespace {
 
 constexpr ProfileFormat kFormats[] = {
-    {"nsight-sqlite", is_sqlite, read_nsight_sqlite}, {"chrome-json", is_chrome_json, read_chrome_json},
-    {"presentmon", is_presentmon, read_presentmon},   {"frame-csv", is_frame_csv, read_frame_csv},
+    {"nsight-sqlite", is_sqlite, read_nsight_sqlite},   {"chrome-json", is_chrome_json, read_chrome_json},
+    {"presentmon", is_pictures_csv, read_pictures_csv}, {"frame-csv", is_unreal_csv, read_unreal_csv},
     {"csv", is_interval_csv, read_interval_csv},
 };
 
@@ -45,11 +46,14 @@ struct Opened {
 Opened open(std::unique_ptr<Bytes> bytes) {
   std::string first(bytes->next());
   const bool packed = is_gzip(first);
-  auto whole = std::make_unique<Rewound>(first, std::move(bytes));
-  if (!packed) return {std::move(whole), first};
-  std::unique_ptr<Bytes> plain = unpacked(std::move(whole));
-  first = plain->next();
-  return {std::make_unique<Rewound>(first, std::move(plain)), first, true};
+  std::unique_ptr<Bytes> plain = std::make_unique<Rewound>(first, std::move(bytes));
+  const auto unpack = [&](std::unique_ptr<Bytes> inner) {
+    first = inner->next();
+    plain = std::make_unique<Rewound>(first, std::move(inner));
+  };
+  if (packed) unpack(unpacked(std::move(plain)));
+  if (is_utf16(first)) unpack(utf8_of_utf16(std::move(plain)));
+  return {std::move(plain), std::move(first), packed};
 }
 
 std::string words(std::span<const ProfileFormat> all) {
@@ -58,7 +62,23 @@ std::string words(std::span<const ProfileFormat> all) {
   return text;
 }
 
-const ProfileFormat* format_for(const ProfileOptions& options, std::string_view first, ProfileBuilder& builder) {
+/// Why a CSV is none that is known, and what would help.
+void refuse_csv(const ProfileOptions& options, const CsvHead& head, ProfileBuilder& builder) {
+  std::string columns;
+  for (const std::string& column : head.cells) columns += fmt::format("{}'{}'", columns.empty() ? "" : ", ", column);
+  const std::string_view separator = head.separator == ',' ? "commas" : head.separator == ';' ? "semicolons" : "tabs";
+  const std::string taken =
+      fmt::format("line {} was taken for the header, split at {}, because {}", head.line, separator, head.why);
+  if (const std::string_view why = why_refused(head.cells); !why.empty())
+    return builder.fail(fmt::format("{} ({})", why, taken), head.line, 1);
+  builder.fail(
+      fmt::format("is a CSV whose columns are not known; say which are which: --begin COLUMN, --end or --duration COLUMN, "
+                  "--name COLUMN, --unit ms{}. It has {} ({})",
+                  options.header > 0 ? "" : "; or which line is the header: --header LINE", columns.substr(0, 2000), taken),
+      head.line, 1);
+}
+
+const ProfileFormat* format_for(const ProfileOptions& options, const ProfileInput& input, ProfileBuilder& builder) {
   if (!options.format.empty()) {
     for (const ProfileFormat& one : kFormats) {
       if (options.format == one.word) return &one;
@@ -70,20 +90,14 @@ const ProfileFormat* format_for(const ProfileOptions& options, std::string_view 
   }
   if (!options.columns.begin.empty()) return &kFormats[std::size(kFormats) - 1];
   for (const ProfileFormat& one : kFormats) {
-    if (one.detect(first)) return &one;
+    if (one.detect(input)) return &one;
   }
-  const std::vector<std::string> header = csv_header(first);
-  if (header.empty()) {
+  if (options.header > 0 && input.head.line == 0)
+    builder.fail(fmt::format("--header {}: there is no such line in its first 64 KiB", options.header));
+  else if (input.head.line == 0)
     builder.fail(fmt::format("is no recording that can be read; the formats are {}", words(kFormats)));
-  } else {
-    std::string columns;
-    for (const std::string& column : header) columns += fmt::format("{}'{}'", columns.empty() ? "" : ", ", column);
-    builder.fail(
-        fmt::format("is a CSV whose columns are not known; say which are which: --begin COLUMN, --end or --duration "
-                    "COLUMN, --name COLUMN, --unit ms. It has {}",
-                    columns.substr(0, 2000)),
-        1, 1);
-  }
+  else
+    refuse_csv(options, input.head, builder);
   return nullptr;
 }
 
@@ -94,9 +108,10 @@ ProfileResult read(const std::string& name, const std::string& path, std::string
     if (!opened.bytes->error().empty() && !builder.failed()) builder.fail(opened.bytes->error());
   };
   check();
-  const ProfileFormat* const format = builder.failed() ? nullptr : format_for(options, opened.first, builder);
+  ProfileInput input{path, memory, *opened.bytes, opened.first, {}, opened.packed};
+  if (!is_sqlite(input) && !is_chrome_json(input)) input.head = find_csv_head(opened.first, options);
+  const ProfileFormat* const format = builder.failed() ? nullptr : format_for(options, input, builder);
   if (format != nullptr) {
-    ProfileInput input{path, memory, *opened.bytes, opened.packed};
     format->read(input, options, builder);
     check();
   }
@@ -107,12 +122,7 @@ ProfileResult read(const std::string& name, const std::string& path, std::string
 
 std::span<const ProfileFormat> formats() { return kFormats; }
 
-bool is_sqlite(std::string_view first_bytes) { return first_bytes.starts_with("SQLite format 3"); }
-
-std::vector<std::string> csv_header(std::string_view first_bytes) {
-  const std::unique_ptr<Bytes> bytes = bytes_of_memory(first_bytes);
-  return CsvTable(*bytes).header();
-}
+bool is_sqlite(const ProfileInput& input) { return input.first.starts_with("SQLite format 3"); }
 
 }  // namespace internal
 

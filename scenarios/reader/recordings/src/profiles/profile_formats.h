@@ -7,6 +7,7 @@
 
 #include "bytes.h"
 #include "csv_cells.h"
+#include "csv_head.h"
 #include "profile_builder.h"
 
 namespace evenstep::internal {
@@ -16,12 +17,14 @@ struct ProfileInput {
   std::string path;         ///< of a file
   std::string_view memory;  ///< in place of a file, where `path` is empty
   Bytes& bytes;             ///< unpacked
+  std::string_view first;   ///< of them, up to 64 KiB
+  CsvHead head;             ///< if it is a CSV
   bool packed = false;      ///< whether they had to be unpacked
 };
 
 struct ProfileFormat {
-  const char* word;                              ///< for --format: "nsight-sqlite"
-  bool (*detect)(std::string_view first_bytes);  ///< of the unpacked file, up to 64 KiB
+  const char* word;  ///< for --format: "nsight-sqlite"
+  bool (*detect)(const ProfileInput& input);
   void (*read)(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
 };
 
@@ -29,18 +32,15 @@ struct ProfileFormat {
 std::span<const ProfileFormat> formats();
 
 // Each is in a source of its own.
-bool is_sqlite(std::string_view first_bytes);
+bool is_sqlite(const ProfileInput& input);
 void read_nsight_sqlite(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
-bool is_chrome_json(std::string_view first_bytes);
+bool is_chrome_json(const ProfileInput& input);
 void read_chrome_json(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
-bool is_presentmon(std::string_view first_bytes);
-void read_presentmon(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
-bool is_frame_csv(std::string_view first_bytes);
-void read_frame_csv(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
-bool is_interval_csv(std::string_view first_bytes);
+bool is_pictures_csv(const ProfileInput& input);
+void read_pictures_csv(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
+bool is_unreal_csv(const ProfileInput& input);
+void read_unreal_csv(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
+bool is_interval_csv(const ProfileInput& input);
 void read_interval_csv(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
-
-/// The header of a CSV, found in its first bytes as CsvTable finds it; empty if there is none.
-std::vector<std::string> csv_header(std::string_view first_bytes);
 
 }  // namespace evenstep::internal

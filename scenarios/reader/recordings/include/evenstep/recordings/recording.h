@@ -11,6 +11,7 @@ namespace evenstep {
 struct RecordingOptions {
   Roles roles;
   ProfileOptions profile;
+  std::string preset;  ///< one of role_presets(), for the roles that are not given; empty: none
 };
 
 /// Whether the file begins like a timing.csv or like a plain list of steps; roles have no meaning for such a file.

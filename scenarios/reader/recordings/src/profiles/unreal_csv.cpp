@@ -33,7 +33,7 @@ std::vector<FrameRow> rows_of(ProfileInput& input, ProfileBuilder& builder, std:
   std::size_t kept = 0;
   while (lines.next(line)) {
     if (line.empty() || line.starts_with("[")) continue;  // the footer: [HasHeaderRowAtEnd],1,…
-    split_quoted(line, cells);
+    split_quoted(line, ',', cells);
     if (index_of(cells, "FrameTime")) {
       header = cells;
       continue;
@@ -51,12 +51,12 @@ std::vector<FrameRow> rows_of(ProfileInput& input, ProfileBuilder& builder, std:
 
 }  // namespace
 
-bool is_frame_csv(std::string_view first_bytes) {
-  const std::vector<std::string> header = csv_header(first_bytes);
+bool is_unreal_csv(const ProfileInput& input) {
+  const std::vector<std::string>& header = input.head.cells;
   return index_of(header, "FrameTime") && (index_of(header, "GameThreadTime") || index_of(header, "EVENTS"));
 }
 
-void read_frame_csv(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {
+void read_unreal_csv(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().format = "Unreal CSV";
   builder.profile().time_base = "ms; pictures follow each other without a gap, and the GPU begins with each";
   builder.profile().only_visualizations = true;
@@ -68,10 +68,10 @@ void read_frame_csv(ProfileInput& input, const ProfileOptions&, ProfileBuilder& 
   if (!gpu) gpu = index_of(header, "GPU/Total");
   if (!frame || !gpu)
     return builder.fail("has no column 'GPUTime' or 'GPU/Total' beside 'FrameTime': start it with -gpucsvstats");
-  const std::uint32_t name = builder.name("GPU", "frame"), source = builder.source("");
+  const std::uint32_t name = builder.name("GPU", "frame"), source = builder.track("");
   std::int64_t begin_ns = 0;
   for (const FrameRow& row : rows) {
-    split_quoted(row.text, cells);
+    split_quoted(row.text, ',', cells);
     const auto time = [&](std::size_t column) {
       return column < cells.size() ? decimal_time_ns(cells[column], 1'000'000) : std::nullopt;
     };
