@@ -103,7 +103,7 @@ case_pkg_config_serves_a_program_in_c() {
     fail "another version"
   eval "flags=($(pkg-config --cflags --libs evenstep-remap-c))"
   quietly "${CC:-cc}" -std=c99 "$program" -o shared "${flags[@]}" -lm ${LDFLAGS-}
-  libraries=$(pkg-config --variable=libdir evenstep-remap-c)
+  eval "libraries=$(pkg-config --variable=libdir evenstep-remap-c)"   # with the blanks of the path as a shell wants them
   LD_LIBRARY_PATH=$libraries quietly ./shared
   LD_LIBRARY_PATH=$libraries ldd shared | grep -q "$(basename -- "$prefix").*libevenstep_remap_c" ||
     fail "not the shared library of the prefix"
