@@ -29,8 +29,20 @@ install(FILES ${PROJECT_BINARY_DIR}/evenstepConfig.cmake ${PROJECT_BINARY_DIR}/e
 install(DIRECTORY ${CMAKE_CURRENT_LIST_DIR}/ DESTINATION ${package_folder} COMPONENT dev
   FILES_MATCHING PATTERN EvenstepScenarios.cmake PATTERN sanitizers EXCLUDE)
 
+# evenstep_pkgconfig_file(FILE DESCRIPTION LINE...) : the prefix is found from where the file is, so that the whole can be
+# moved.
+function(evenstep_pkgconfig_file file description)
+  list(JOIN ARGN "\n" lines)
+  file(RELATIVE_PATH up ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+  file(WRITE ${PROJECT_BINARY_DIR}/${file}.pc
+    "prefix=\${pcfiledir}/${up}\n"
+    "libdir=\${prefix}/${CMAKE_INSTALL_LIBDIR}\n"
+    "includedir=\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}\n\n"
+    "Name: ${file}\nDescription: ${description}\nVersion: ${PROJECT_VERSION}\n${lines}\n")
+  install(FILES ${PROJECT_BINARY_DIR}/${file}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+endfunction()
+
 # evenstep_pkgconfig(FILE DESCRIPTION ROOM...) : the static libraries of these rooms and of what they see, the highest first.
-# The prefix is found from where the file is, so that the whole can be moved.
 function(evenstep_pkgconfig file description)
   set(rooms "")
   set(packages "")
@@ -54,20 +66,20 @@ function(evenstep_pkgconfig file description)
     endif()
   endforeach()
   string(APPEND libraries " -l${CMAKE_DL_LIBS}")
-  file(RELATIVE_PATH up ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
-  file(WRITE ${PROJECT_BINARY_DIR}/${file}.pc
-    "prefix=\${pcfiledir}/${up}\n"
-    "libdir=\${prefix}/${CMAKE_INSTALL_LIBDIR}\n"
-    "includedir=\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}\n\n"
-    "Name: ${file}\nDescription: ${description}\nVersion: ${PROJECT_VERSION}\n"
-    "Requires:${requires}\n"
-    "Cflags: -I\${includedir} -ffp-contract=off\n"
-    "Libs: -L\${libdir}${libraries}\n")
-  install(FILES ${PROJECT_BINARY_DIR}/${file}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+  evenstep_pkgconfig_file(${file} "${description}" "Requires:${requires}" "Cflags: -I\${includedir} -ffp-contract=off"
+    "Libs: -L\${libdir}${libraries}")
 endfunction()
 
 if(remap IN_LIST built)
   evenstep_pkgconfig(evenstep-remap "maps between real time and simulation time (C++20)" remap)
+  # For a C compiler. The shared library needs no other; the static one (pkg-config --static) needs the rooms, too.
+  set(libraries "")
+  foreach(room IN LISTS needs_of_remap)
+    string(PREPEND libraries " -levenstep_${room}")
+  endforeach()
+  evenstep_pkgconfig_file(evenstep-remap-c "maps between real time and simulation time (C)"
+    "Cflags: -I\${includedir} -DEVENSTEP_REMAP_SHARED" "Libs: -L\${libdir} -levenstep_remap_c"
+    "Libs.private:${libraries} -lstdc++ -lm -pthread")
 endif()
 if(scheduler IN_LIST built)
   evenstep_pkgconfig(evenstep-scheduler "a virtual clock and a deterministic scheduler (C++20)" scheduler)

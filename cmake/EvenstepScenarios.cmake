@@ -17,7 +17,8 @@
 #
 # A ctest for each recording in `folder`: "sizing: name: folder/file". It passes if what the program has is enough for the
 # timing of the recording, at any phase of the device (`evenstep size --fits`). Its output says what would be, which hitch
-# sets it, and the command that says so again.
+# sets it, and the command that says so again. Its run folder, for `evenstep compare` and `evenstep index`, is
+# evenstep-runs/sizing/name/folder/file in the build folder.
 #
 #   RECORDINGS  every file of the folder but *.md: timing.csv, lists of steps, files of profilers, scenarios. A file that is
 #               none of these is a test that fails. Recordings that are added later are found by the next build.
@@ -144,7 +145,8 @@ function(evenstep_add_sizing)
   foreach(file IN LISTS files)
     file(RELATIVE_PATH name "${base}" "${file}")
     add_test(NAME "sizing: ${ARG_NAME}: ${name}" WORKING_DIRECTORY "${base}"
-      COMMAND "$<TARGET_FILE:${program}>" size "${name}" --fits "${fits}" ${ARG_OPTIONS})
+      COMMAND "$<TARGET_FILE:${program}>" size "${name}" --fits "${fits}" ${ARG_OPTIONS}
+        --out "${CMAKE_CURRENT_BINARY_DIR}/evenstep-runs/sizing/${ARG_NAME}/${name}")
     set_tests_properties("sizing: ${ARG_NAME}: ${name}" PROPERTIES LABELS "${ARG_LABELS}")
   endforeach()
 endfunction()

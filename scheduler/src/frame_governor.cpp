@@ -196,9 +196,9 @@ class GovernedTiming final : public StepTiming {
       opportunities_.push_back({0, before, 0, false});
     }
     const auto share = [&](int part) {
-      return before + (steps.size() - before) * static_cast<std::size_t>(part) / static_cast<std::size_t>(parts());
+      return before + (steps.size() - before) * static_cast<std::size_t>(part) / static_cast<std::size_t>(governor_.split);
     };
-    for (int part = 0; part < parts(); ++part) opportunities_.push_back({share(part), share(part + 1), part});
+    for (int part = 0; part < governor_.split; ++part) opportunities_.push_back({share(part), share(part + 1), part});
     return true;
   }
 
@@ -216,14 +216,11 @@ class GovernedTiming final : public StepTiming {
     if (waited) gap_ = {};
   }
 
-  /// K of the given segment. Where the grid must be learned nobody knows yet when a part of the first segment has its turn.
-  int parts() const { return learns_ && number_ == 0 && !governor_.pace ? 1 : governor_.split; }
-
   RealTime begin_of(const Opportunity& opportunity) const {
     const RealTime earliest = opportunity_ == 0 ? end_ + gap_ : end_;
     if (!governor_.pace && !grid_) return earliest;
     const std::optional<RealTime> first_slot = opportunity.part > 0 ? slot(opportunity.first_step) : std::nullopt;
-    return std::max(earliest, first_slot ? *first_slot : turn(opportunity.part, parts()));
+    return std::max(earliest, first_slot ? *first_slot : turn(opportunity.part, governor_.split));
   }
 
   /// The turn of the given segment plus i/n of a period; there is a pace or a grid.
@@ -252,7 +249,8 @@ class GovernedTiming final : public StepTiming {
   void fill(const Opportunity& opportunity, SegmentTiming& segment) {
     end_ = segment.begin;
     if (opportunity.draws && opportunity.part == 0) {
-      left_out_ = given_.visualization && !drawings_.begin(given_.visualization->end - given_.visualization->begin, parts());
+      left_out_ =
+          given_.visualization && !drawings_.begin(given_.visualization->end - given_.visualization->begin, governor_.split);
       segment.drawing.left_out = left_out_;
     }
     if (steps_first_) add_steps(opportunity, segment);
@@ -274,7 +272,7 @@ class GovernedTiming final : public StepTiming {
     segment.visualization = Interval{end_, end_ + drawings_.next()};
     end_ = segment.visualization->end;
     if (left_out_) end_ = std::max(end_, segment.visualization->begin + drawings_.held());  // a rest is shorter than usual
-    segment.drawing.parts = parts();
+    segment.drawing.parts = governor_.split;
     segment.drawing.at_most = drawings_.at_most();
     segment.drawing.finishes = !drawings_.under_way();
   }

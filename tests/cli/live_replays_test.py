@@ -99,27 +99,48 @@ def trace_of(output):
     return found and found.group(1)
 
 
+def live_then_replay(kind, scenario):
+    """True if it was refused, for a reason and without a recording."""
+    (here / "live.toml").write_text(scenario)
+    log = here / "run.rec"
+    log.unlink(missing_ok=True)
+    live = run(["run", "--clock", "wall", "live.toml", "--record", "run.rec", "--allow-no-expectations"], here)
+    if live.returncode == 2:  # what cannot be together says so, and nothing was recorded
+        print(kind, [line for line in live.stdout.splitlines() if "error: " in line])
+        if "error: " not in live.stdout or log.exists():
+            problems.append((kind, "refused without a reason", live.stdout))
+        return True
+    # In another folder, and without a driver of OpenGL.
+    replay = run(["replay", str(log)], elsewhere, __EGL_VENDOR_LIBRARY_DIRS="/nowhere")
+    if live.returncode not in (0, 1) or replay.returncode not in (0, 1) or trace_of(live.stdout) is None or \
+            trace_of(live.stdout) != trace_of(replay.stdout):
+        problems.append((kind, f"exit {live.returncode}, then {replay.returncode}", live.stdout + replay.stdout))
+    return False
+
+
+def with_foreign_solver(row):
+    """Its force is all that such a solver has, and its command is found from the folder of the replay, too."""
+    scenario = scenario_of({**row, "render": '{ kind = "force" }'})
+    before, _, scene = scenario.partition("[scene]\n")
+    solver = pathlib.Path(__file__).resolve().parents[2] / "examples/process/my_solver.py"
+    return (before + f'[scene]\ncommand = ["python3", "{solver}"]\noptions = {{ stiffness = 200 }}\nstep_size = "240 Hz"\n'
+            + re.sub(r"grab = .*\n", "", scene[scene.index("[[device]]"):]))
+
+
 problems, refused = [], 0
 with tempfile.TemporaryDirectory() as name:
     here, elsewhere = pathlib.Path(name) / "here", pathlib.Path(name) / "elsewhere"
     here.mkdir()
     elsewhere.mkdir()
     for row in rows():
-        (here / "live.toml").write_text(scenario_of(row))
-        log = here / "run.rec"
-        log.unlink(missing_ok=True)
-        live = run(["run", "--clock", "wall", "live.toml", "--record", "run.rec", "--allow-no-expectations"], here)
-        if live.returncode == 2:  # what cannot be together says so, and nothing was recorded
-            refused += 1
-            print(row, [line for line in live.stdout.splitlines() if "error: " in line])
-            if "error: " not in live.stdout or log.exists():
-                problems.append((row, "refused without a reason", live.stdout))
-            continue
-        # In another folder, and without a driver of OpenGL.
-        replay = run(["replay", str(log)], elsewhere, __EGL_VENDOR_LIBRARY_DIRS="/nowhere")
-        if live.returncode not in (0, 1) or replay.returncode not in (0, 1) or trace_of(live.stdout) is None or \
-                trace_of(live.stdout) != trace_of(replay.stdout):
-            problems.append((row, f"exit {live.returncode}, then {replay.returncode}", live.stdout + replay.stdout))
+        refused += live_then_replay(row, scenario_of(row))
+    for step in ("1 ms", "real"):
+        row = {**next(rows()), "timing.step": step, "timing.visualization": "5 ms"}
+        if live_then_replay("foreign solver, step " + step, with_foreign_solver(row)):
+            problems.append((row, "a foreign solver was refused", ""))
+    row = {**next(rows()), "render": '{ kind = "force" }', "driver": "reference", "remap.latency": "90 ms"}
+    if not live_then_replay("[source]", scenario_of(row) + '[source]\ndelay = "5 ms"\n'):
+        problems.append(("[source]", "it runs on the virtual clock only, and was not refused", ""))
     # A run that is killed leaves what it had recorded, and that replays, for each kind of visualization.
     for visualization in COLUMNS["timing.visualization"]:
         row = {**next(rows()), "timing.visualization": visualization, "driver": "reference"}

@@ -13,7 +13,7 @@ The word after the fence says what a block is:
     sh        commands, one a line, each by itself. They must exit with 0; their comments are not compared.
     toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
               "toml" is the file it is written to, for the commands below it.
-    cpp, c, python   lines that stand somewhere in the sources as they are here; the first one may name the file.
+    cpp, c, python, csharp   lines that stand somewhere in the sources as they are here; the first one may name the file.
     cmake     a call whose functions exist in cmake/.
     json      lines of JSON.
     text      a picture, or the format of a file: nothing to run.
@@ -157,11 +157,11 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
         def bare(text):
             return re.sub(r"[\s/+]+", "", text)
         if not hasattr(Page, "sources"):
-            tracked = subprocess.run(["git", "ls-files", "*.h", "*.cpp", "*.c", "*.py", "*.patch"], cwd=self.source, text=True,
+            tracked = subprocess.run(["git", "ls-files", "*.h", "*.cpp", "*.c", "*.py", "*.cs", "*.patch"], cwd=self.source, text=True,
                                      capture_output=True, check=False).stdout.split("\n")
             files = [self.source / name for name in tracked if name] or \
                 [file for room in self.source.iterdir() if room.is_dir() and room.name != "build"
-                 for ending in ("h", "cpp", "c", "py", "patch") for file in room.rglob("*." + ending)]
+                 for ending in ("h", "cpp", "c", "py", "cs", "patch") for file in room.rglob("*." + ending)]
             Page.sources = "\n".join(bare(file.read_text(encoding="utf-8")) for file in files if file.exists())
         for offset, text in enumerate(lines):
             file = re.match(r"^(?://|#|/\*) ([\w/]+\.\w+)(?: \*/)?$", text)
@@ -284,7 +284,7 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
                 for name in re.findall(r"\bevenstep_\w+(?=\()", "\n".join(lines)):
                     if f"function({name})" not in functions:
                         self.wrong(line, f"no such function in cmake/: {name}")
-            elif kind in ("cpp", "c", "python"):
+            elif kind in ("cpp", "c", "python", "csharp"):
                 self.check_cpp(line, lines)
             else:
                 self.wrong(line, f"a block of '{info}': write console, sh, toml, cpp, cmake or text after the fence "

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The tables of README.md and docs/choose/numerics.md whose figures a command gives: the command runs, and each cell must be
-what it gives, rounded as it is printed there.
+"""The tables of README.md, docs/choose/numerics.md, docs/forces/stiffness.md and docs/forces/study.md whose figures a command
+gives: the command runs, and each cell must be what it gives, rounded as it is printed there.
 
     figures_test.py PROGRAM SOURCE_DIR            what takes less than a second a row
     figures_test.py PROGRAM SOURCE_DIR --long     the other rows
@@ -56,16 +56,16 @@ def same(cell, value, unit):
     return abs(float(number[0]) - value / unit) <= 0.5000001 * place
 
 
-def rows(page, heading):
-    """{first cell: other cells} of the table whose head begins with this."""
+def rows(page, heading, keys=0):
+    """{first cell: other cells} of the table whose head begins with this; with `keys` {tuple of the first ones: others}."""
     lines = (SOURCE / page).read_text(encoding="utf-8").split("\n")
     at = next((i for i, line in enumerate(lines) if line.startswith(heading)), None)
     if at is None:
         sys.exit(f"{page}: no table begins with '{heading}'")
     found = {}
     while lines[at + 2].startswith("|"):
-        first, *cells = [cell.strip() for cell in lines[at + 2].strip("|").split("|")]
-        found[first] = cells
+        cells = [cell.strip() for cell in lines[at + 2].strip("|").split("|")]
+        found[tuple(cells[:keys]) if keys else cells[0]] = cells[max(keys, 1):]
         at += 1
     return found
 
@@ -130,12 +130,64 @@ def what_it_reaches():
             compare(page, row, what, cell, values)
 
 
+def gpu_of_today():
+    page, render, spread = "README.md", "recorded/h100-render", "recorded/h100-render-spread"
+    runs = {"direct": (render, "direct"), "remapped": (render, "phase_locked"),
+            "steps spread, and remapped": (spread, "phase_locked")}
+    for row, cells in rows(page, "| | latency | jump of hand | jump of force |").items():
+        scenario, strategy = runs[row]
+        wanted = (("latency", worst(scenario, "buffers", strategy, "latency"), 1e-3),
+                  ("jump of hand", worst(scenario, "interaction", strategy, "velocity_jump"), 1e-6),
+                  ("jump of force", worst(scenario, "force", strategy, "jump_max"), 1e-3))
+        for (what, value, unit), cell in zip(wanted, cells):
+            compare(page, row, what, cell, [(value, unit)])
+
+
+def stiffness():
+    """The page's tables are parts of those that the script prints: the same words in the same row and column."""
+    global compared
+    page = "docs/forces/stiffness.md"
+    names = ("spring", "device", "quality")
+    printed = subprocess.run([sys.executable, str(SOURCE / "bench/stiffness_tables.py"), PROGRAM, *names], cwd=SOURCE,
+                             capture_output=True, text=True, check=True).stdout
+    for table in re.findall(r"^\|.*\n\|[-|]+\|\n(?:\|.*\n)+", printed, re.MULTILINE):
+        header, _, *lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+        # Where the first columns of several rows are the same, the first two name one.
+        keys = 2 if len({line[0] for line in lines}) < len(lines) else 1
+        said = {tuple(line[:keys]): line for line in lines}
+        for first, cells in rows(page, "| " + header[0] + " |", keys).items():
+            line = said.get(first)
+            if line is None:
+                problems.append(f"{page}: '{first}': no such row is printed")
+                continue
+            compared += len(cells)
+            problems.extend(f"{page}: '{first}': {cell}, and the command gives {now}"
+                            for cell, now in zip(cells, line[keys:]) if cell != now)
+
+
+def price_of_the_remap():
+    page = "docs/forces/study.md"
+    table = rows(page, "| scene, hand | direct | phase_locked |")
+    for row, sets in (("spring or wall, A", []),
+                      ("spring or wall, H", ['device.left.motion.arm={ mass = "0.554 kg", damping = "6.45 N s/m", '
+                                             'stiffness = "135 N/m" }']),
+                      ("spring, A, hold emission", ['device.left.render={ kind = "force", emission = "hold" }'])):
+        limits = output("study", str(SOURCE / "scenarios/closed-loop/price-study.toml"), "--json", "--out", "price",
+                        *(word for one in sets for word in ("--set", one)))["limits"]
+        stable = {one["strategy"]: one["stable_N_per_m"] for one in limits}
+        for strategy, cell in zip(("direct", "phase_locked"), table[row]):
+            compare(page, row, strategy, cell, [(stable[strategy], 1)])
+
+
 irregular_timing()
 if LONG:
+    stiffness()
+    price_of_the_remap()
     recorded_timing()
     reference_case()
 else:
     what_it_reaches()
+    gpu_of_today()
 if compared < 3:
     problems.append("no figure was compared")
 print("\n".join(problems) or f"ok: {compared} figures")

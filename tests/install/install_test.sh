@@ -93,6 +93,24 @@ case_pkg_config_finds_it() {
   quietly "${CXX:-c++}" -std=c++20 "$source_dir/apps/main.cpp" -o my_evenstep "${flags[@]}" ${LDFLAGS-}
   [[ $(./my_evenstep --version) == "$version" ]] || fail "the program does not run"
 }
+# A program in C99, compiled and linked as C: with the shared library, and with the static one where all is static.
+case_pkg_config_serves_a_program_in_c() {
+  command -v pkg-config >/dev/null || { echo "skipped: pkg-config is not installed"; exit 77; }
+  export PKG_CONFIG_PATH
+  PKG_CONFIG_PATH=$(dirname -- "$(find "$prefix" -name evenstep-remap-c.pc)")
+  local flags libraries program=$source_dir/examples/remap_c/remap_c.c
+  [[ $("$prefix/bin/evenstep" --version) == "evenstep $(pkg-config --modversion evenstep-remap-c)" ]] ||
+    fail "another version"
+  eval "flags=($(pkg-config --cflags --libs evenstep-remap-c))"
+  quietly "${CC:-cc}" -std=c99 "$program" -o shared "${flags[@]}" -lm ${LDFLAGS-}
+  eval "libraries=$(pkg-config --variable=libdir evenstep-remap-c)"   # with the blanks of the path as a shell wants them
+  LD_LIBRARY_PATH=$libraries quietly ./shared
+  LD_LIBRARY_PATH=$libraries ldd shared | grep -q "$(basename -- "$prefix").*libevenstep_remap_c" ||
+    fail "not the shared library of the prefix"
+  eval "flags=($(pkg-config --static --cflags --libs evenstep-remap-c))"
+  quietly "${CC:-cc}" -std=c99 -static "$program" -o static "${flags[@]}" -lm ${LDFLAGS-}
+  quietly ./static
+}
 
 # A project with its own settings that adds evenstep as a folder.
 case_a_parent_keeps_its_settings_and_targets() {
@@ -217,6 +235,7 @@ case_the_page_says_what_works() {
 }
 # use_example FOLDER
 use_example() {
+  [[ $1 != */csharp ]] || command -v mcs >/dev/null || { echo "skipped: there is no mcs (Debian: mono-mcs)"; exit 77; }
   cp -r -- "$1" example
   quietly cmake -S example -B build -D CMAKE_PREFIX_PATH="$prefix"   # its output does not depend on optimization
   quietly cmake --build build

@@ -3,11 +3,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/campaigns/size_fits.h"
+#include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/writers.h"
@@ -179,6 +184,7 @@ std::string again(const SizeArguments& arguments) {
   option("--worst-timing", arguments.worst_timing);
   option("--timing", arguments.timing);
   option("--report", arguments.report);
+  option("--out", arguments.part.out);
   return command;
 }
 
@@ -195,8 +201,22 @@ bool write_timing(const std::string& path, SizeResult& result) {
   return true;
 }
 
+/// --fits with --out: a run folder, for `compare` and `index`. False on an error, which is then printed.
+bool write_fit_folder(const SizeArguments& arguments, const SizeRecord& record, const std::string& date,
+                      const JunitSuite& suite) {
+  if (arguments.part.out.empty()) return true;
+  RunOutcome outcome = fit_outcome(record);
+  outcome.record.scenario = arguments.fits;
+  outcome.record.origin = {date, commit_of(arguments.file, std::getenv)};
+  const std::string error = write_folder(arguments.part.out, {{kSummaryFile, summary_of(outcome)},
+                                                              {"junit.xml", junit_xml({&suite, 1})},
+                                                              {kReportFile, size_page(record, again(arguments))}});
+  if (!error.empty()) spdlog::error("error: {}", error);
+  return error.empty();
+}
+
 /// Says for a CI whether it fits.
-ExitCode judge_fit(const SizeArguments& arguments, const SizeRecord& record) {
+ExitCode judge_fit(const SizeArguments& arguments, const SizeRecord& record, const std::string& date) {
   const std::string why = lacking(record);
   const ExitCode code = why.empty() ? ExitCode::pass : ExitCode::expectation_failed;
   if (!why.empty() && !arguments.json) fmt::print("{}\nagain: {}\n", why, again(arguments));
@@ -205,12 +225,12 @@ ExitCode judge_fit(const SizeArguments& arguments, const SizeRecord& record) {
     annotate(AnnotationLevel::error, {arguments.file, 0, 0}, "evenstep size --fits " + shell_word(arguments.fits),
              why + "\nagain: " + command);
   add_to_job_summary({{arguments.file, words, why.empty() ? arguments.fits : why}}, "");
-  if (arguments.junit.empty()) return code;
   JunitSuite suite{.scenario = arguments.fits, .file = arguments.file};
   suite.whole = why.empty() ? JunitSuite::Whole::passed : JunitSuite::Whole::failed;
   suite.why = why;
   suite.reproduce = command;
-  return write_text(arguments.junit, junit_xml({&suite, 1})) ? code : ExitCode::run_failed;
+  const bool written = arguments.junit.empty() || write_text(arguments.junit, junit_xml({&suite, 1}));
+  return write_fit_folder(arguments, record, date, suite) && written ? code : ExitCode::run_failed;
 }
 
 /// --seeds: the segments of many seeds as one sample.
@@ -249,8 +269,10 @@ ExitCode size_many_seeds(const SizeArguments& arguments, const SizeOptions& rate
 /// What does not go together with --seeds, or only with it; empty if all is well.
 std::string seeds_objection(const SizeArguments& arguments) {
   if (arguments.seeds.empty())
-    return arguments.part.in_parts() || arguments.part.of || arguments.part.threads || !arguments.part.out.empty()
-               ? "--shard, --of, --threads, --resume and --out divide the seeds of --seeds, with --rate"
+    return arguments.part.in_parts() || arguments.part.of || arguments.part.threads ||
+                   (!arguments.part.out.empty() && arguments.fits.empty())
+               ? "--shard, --of, --threads, --resume and --out divide the seeds of --seeds, with --rate; --out is also the "
+                 "run folder of --fits"
                : "";
   if (arguments.rate.empty()) return "--seeds makes the sample for --rate larger; for example --rate \"0.1 %\"";
   if (std::filesystem::path(arguments.file).extension() != ".toml")
@@ -319,6 +341,16 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   if (!arguments.seeds.empty()) return size_many_seeds(arguments, *options, interrupted, registry);
   const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
   if (!recording) return ExitCode::usage;
+  const Result<std::string> date = date_of_run(std::getenv, unix_seconds());
+  if (!date) {
+    print({{"SOURCE_DATE_EPOCH", 0, 0, date.error()}});
+    return ExitCode::usage;
+  }
+  const std::string objection = arguments.part.out.empty() ? "" : run_folder_objection(arguments.part.out);
+  if (!objection.empty()) {
+    spdlog::error("error: {}", objection);
+    return ExitCode::run_failed;
+  }
   SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
@@ -345,7 +377,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   }
   if (!write_report(arguments, result.record)) return ExitCode::run_failed;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
-  return result.record.fit ? judge_fit(arguments, result.record) : ExitCode::pass;
+  return result.record.fit ? judge_fit(arguments, result.record, *date) : ExitCode::pass;
 }
 
 }  // namespace
@@ -409,7 +441,9 @@ void add_size(Commands& commands) {
   command.flag("--adaptive", arguments.adaptive, "of each what-if also a latency that adapts");
   command.option("--seeds", arguments.seeds, "\"0..1000\", of a scenario: the segments of all these seeds, for --rate");
   add_part_options(command, arguments.part, "sizing", "seeds");
-  command.option("--out,-o", arguments.part.out, "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size");
+  command.option("--out,-o", arguments.part.out,
+                 "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size; with --fits a run folder, for "
+                 "compare and index");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");

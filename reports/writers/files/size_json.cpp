@@ -284,7 +284,11 @@ std::string size_within_json(const SizeWithin& within) {
   out["strategies"] = Json::object();
   for (const SizeWithin::Map& map : within.maps) {
     Json& row = out["strategies"][map.name];
-    row = {{"how", name_of(map.how)}, {"latency_ns", map.latency.ns}, {"lead_ns", map.lead.ns}};
+    row = {{"how", name_of(map.how)},
+           {"latency_ns", map.latency.ns},
+           {"lead_ns", map.lead.ns},
+           {"interaction_capacity", map.interaction_capacity},
+           {"force_capacity", map.force_capacity}};
     if (map.how == SizeWithin::How::found) row["schedules_tried"] = map.tried;
   }
   return json_text(out) + '\n';

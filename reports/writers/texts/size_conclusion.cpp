@@ -283,7 +283,10 @@ std::string reasons_text(const SizeRecord& record) {
 }  // namespace internal
 
 std::string not_one_process(const SizeTrust& trust) {
-  if (trust.change) return fmt::format("from {:.4g} s on it is another process than before.", seconds(trust.change->from));
+  if (trust.change)
+    return fmt::format(
+        "from {:.4g} s on it behaves differently than before; record without such a change, or so long that it has many.",
+        seconds(trust.change->from));
   return fmt::format("too short to tell whether it changes, {} segments in blocks of {}.", trust.segments, trust.block);
 }
 

@@ -47,10 +47,11 @@ std::string size_within_text(const SizeWithin& within) {
   std::string out =
       schedules(within) + fmt::format("  device period {:.6g} ms at any phase, forces {}\n\n", ms(within.sampling_period),
                                       within.interpolated ? "interpolated" : "held");
-  out += fmt::format("  {:<13} {:>13} {:>13}\n", "", "latency, ms", "lead, ms");
+  out += fmt::format("  {:<13} {:>13} {:>13} {:>17}\n", "", "latency, ms", "lead, ms", "samples, forces");
   for (const SizeWithin::Map& map : within.maps)
-    out += fmt::format("  {:<13} {:>13.6f} {:>13.6f}   {}\n", map.name, ms(map.latency), ms(map.lead), meaning(map));
-  return out + "  A schedule by itself may need less: this lead and this latency are for all of them.\n";
+    out += fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>17}   {}\n", map.name, ms(map.latency), ms(map.lead),
+                       fmt::format("{}, {}", map.interaction_capacity, map.force_capacity), meaning(map));
+  return out + "  A schedule by itself may need less: lead, latency and rings are for all of them.\n";
 }
 
 }  // namespace evenstep

@@ -136,7 +136,7 @@ TEST_CASE("a change of the process is found with its place and nothing is promis
   CHECK(std::abs(seconds(use.trust.change->from) - seconds(later)) < 0.5);
   CHECK_FALSE(use.rate->sure);
   CHECK_FALSE(use.rate->any_phase.rate_at_most);
-  CHECK_THAT(size_text(record), Contains("s on it is another process than before") && Contains("No confidence is given"));
+  CHECK_THAT(size_text(record), Contains("s on it behaves differently than before") && Contains("No confidence is given"));
   CHECK_THAT(size_json(record), Contains("\"one_process\":false") && Contains("\"rate_at_most\":null"));
 }
 

@@ -105,5 +105,5 @@ TEST_CASE("nobody is sure of a rate of underruns in a recording that changes") {
   const RateBasis basis = rate_basis(spring({"run.duration=9.9 s", "run.warmup=1 s", "timing={ trace = \"" + trace + "\" }",
                                              "scene.step_size=450 Hz", "remap={ lead = \"2 ms\", latency = \"40 ms\" }"}),
                                      StrategyKind::phase_locked);
-  CHECK_THAT(basis.refused, Catch::Contains("it is another process than before"));
+  CHECK_THAT(basis.refused, Catch::Contains("it behaves differently than before"));
 }

@@ -298,8 +298,8 @@ TEST_CASE("steps that are spread need the latency of the drawing, not of the wai
 
 TEST_CASE("of a recording that waits split and spread together are never worse than either alone by more than a step",
           "[what-if][spread]") {
-  // From the second segment on: before it is over nobody knows the grid, so the first drawing is whole and its steps are a
-  // burst. With the period as a pace, from the beginning.
+  // From the second segment on: before it is over nobody knows the grid, so in the first one parts and steps follow each
+  // other at once. With the period as a pace, from the beginning.
   for (const char* name : {"burn-paced30-pthread", "render-paced30-pthread", "small-paced30-basic", "paced30-pthread",
                            "h100-render", "h100-pause", "h100-paperlike", "h100-contended", "h200-bursts"}) {
     const std::vector<SegmentTiming> source = recorded_segments(name);

@@ -51,6 +51,18 @@ LatencyBudget needs_of(const std::vector<SegmentTiming>& segments, StrategyKind 
   return needs.budget();
 }
 
+/// The rings that a schedule needs with this lead and latency.
+LatencyBudget rings_of(const std::vector<SegmentTiming>& segments, StrategyKind map, Duration lead, Duration latency,
+                       Rate step_rate = {450, 1}) {
+  MapSetup setup;
+  setup.grids.push_back({Rate{1000, 1}, RealTime{}});
+  setup.step_rate = step_rate;
+  setup.end = segments.back().end + Duration{1};
+  RunningCapacities rings(setup.grids, lead, latency);
+  each_mapped_step(setup, map, segments, [&](std::span<const MappedStep> steps) { rings.add(steps); });
+  return rings.budget();
+}
+
 SizeWithin::Map row(const SizeWithin& within, StrategyKind map) {
   const auto found =
       std::find_if(within.maps.begin(), within.maps.end(), [&](const auto& one) { return one.name == name_of(map); });
@@ -162,6 +174,30 @@ double most_needed(std::int64_t schedules, std::uint64_t seed) {
   return nearest;
 }
 
+/// The same of rings, with the lead and the latency that are enough for all.
+void most_rings(std::int64_t schedules, std::uint64_t seed) {
+  constexpr std::int64_t kPerBounds = 100;
+  for (std::int64_t round = 0; round < schedules / kPerBounds; ++round) {
+    Draws draws(seed + static_cast<std::uint64_t>(round));
+    const WithinBounds bounds = random_bounds(draws);
+    const Emission emission = round % 2 == 0 ? Emission::hold : Emission::linear;
+    for (std::int64_t i = 0; i < kPerBounds; ++i) {
+      const auto segments = random_schedule(bounds, draws, 4 + static_cast<std::size_t>(draws.between(0, 12)));
+      const auto judge = [&](StrategyKind map, const WithinNeeds& needs) {
+        const Duration lead = needs.early + Duration{ms - 1};
+        const LatencyBudget rings = rings_of(segments, map, lead, lead + needs.late);
+        // A device of 1 kHz has at most ceil(t / 1 ms) samples in a time t.
+        const auto samples = static_cast<std::size_t>(((needs.behind + lead).ns + ms - 1) / ms);
+        INFO(name_of(map) << " in round " << round);
+        REQUIRE(rings.interaction_capacity <= samples + 2);
+        REQUIRE(std::cmp_less_equal(rings.force_capacity, waiting_within(bounds, needs) + 2));
+      };
+      judge(StrategyKind::linear, linear_within(bounds, emission));
+      judge(StrategyKind::paper, paper_within(bounds, emission));
+    }
+  }
+}
+
 /// The same for loops that follow a clock.
 double most_clocked(std::int64_t schedules, std::uint64_t seed) {
   constexpr std::int64_t kPerBounds = 100;
@@ -196,6 +232,10 @@ double most_clocked(std::int64_t schedules, std::uint64_t seed) {
                                  << enough.late.ns);
         nearest = std::max({nearest, static_cast<double>(early.ns) / static_cast<double>(enough.early.ns),
                             static_cast<double>(late.ns) / static_cast<double>(enough.late.ns)});
+        const SizeWithin::Map all = (*size_within(bounds, {.emission = emission, .step_size = step_rate})).maps.front();
+        const LatencyBudget rings = rings_of(segments, StrategyKind::clocked, all.lead, all.latency, step_rate);
+        REQUIRE(rings.interaction_capacity <= all.interaction_capacity);
+        REQUIRE(rings.force_capacity <= all.force_capacity);
       }
     }
   }
@@ -208,6 +248,8 @@ TEST_CASE("no schedule within its bounds needs more than the size that is enough
   CHECK(most_needed(10'000, 0) > 0.9);
   CHECK(most_clocked(10'000, 0) > 0.9);
 }
+
+TEST_CASE("no schedule within its bounds overruns the rings that are enough for all") { most_rings(10'000, 0); }
 
 TEST_CASE("none of a million schedules needs more than the size that is enough for all", "[million]") {
   CHECK(most_needed(500'000, 1'000'000) > 0.9);
@@ -244,6 +286,10 @@ TEST_CASE("one schedule within its bounds needs the whole size that is enough fo
         CHECK(needs.lead == enough.lead);
         CHECK((needs.latency <= enough.latency && enough.latency - needs.latency <= Duration{2}));
         CHECK(enough.how == SizeWithin::How::exact);
+        const LatencyBudget rings = rings_of(segments, map, enough.lead, enough.latency);
+        CHECK(rings.interaction_capacity == enough.interaction_capacity);
+        CHECK(rings.force_capacity <= enough.force_capacity);
+        if (map == StrategyKind::linear) CHECK(rings.force_capacity == enough.force_capacity);
       }
     }
   }

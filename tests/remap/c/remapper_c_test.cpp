@@ -6,10 +6,9 @@
 #include <limits>
 #include <thread>
 
-#include "../schedules.h"
 #include "catch.h"
 #include "evenstep/remap/remapper.h"
-#include "remap_c_calls.h"
+#include "random_calls.h"
 
 using namespace evenstep;
 using namespace evenstep::testing;
@@ -41,54 +40,6 @@ evenstep_remap_counts counts_of(const evenstep_remap* remap) {
   counts.struct_size = sizeof counts;
   REQUIRE(evenstep_remap_get_counts(remap, &counts) == EVENSTEP_REMAP_OK);
   return counts;
-}
-
-/// The calls of both threads in order. At the same instant an end comes first, then a tick, then a beginning.
-std::vector<remap_c_call> calls_of(const Schedule& schedule, Draw& draw) {
-  std::vector<remap_c_call> calls;
-  const auto call = [&](int what, RealTime at) {
-    remap_c_call& made = calls.emplace_back();
-    made.what = what;
-    made.at_ns = at.ns;
-    if (what != REMAP_C_SAMPLE && what != REMAP_C_END_STEP) return;
-    for (double& component : made.value) component = draw.unit() - 0.5;
-  };
-  std::int64_t k = first_tick_at_or_after({1000, 1}, schedule.front().begin);
-  const auto ticks_until = [&](RealTime at, bool including) {
-    for (; tick_time({1000, 1}, k) < at || (including && tick_time({1000, 1}, k) == at); ++k) {
-      call(REMAP_C_SAMPLE, tick_time({1000, 1}, k));
-      call(REMAP_C_FORCE, tick_time({1000, 1}, k));
-    }
-  };
-  for (const Segment& segment : schedule) {
-    ticks_until(segment.begin, true);
-    call(REMAP_C_SEGMENT, segment.begin);
-    for (const StepTimes& step : segment.steps) {
-      ticks_until(step.begin, true);
-      call(REMAP_C_BEGIN_STEP, step.begin);
-      ticks_until(step.end, false);
-      call(REMAP_C_END_STEP, step.end);
-    }
-  }
-  return calls;
-}
-
-evenstep_remap_options random_options(Draw& draw) {
-  evenstep_remap_options options = defaults();
-  options.components = static_cast<std::uint32_t>(draw.between(1, 8));
-  options.lead_ns = draw.between(-2'000'000, 2'000'000);
-  options.latency_ns = draw.between(0, 30'000'000);
-  options.emission = static_cast<std::uint32_t>(draw.between(0, 1));
-  options.adapts = static_cast<std::uint32_t>(draw.between(0, 1));
-  options.sample_capacity = static_cast<std::uint32_t>(draw.between(2, 64));
-  options.force_capacity = static_cast<std::uint32_t>(draw.between(2, 64));
-  options.sample_window_ns = draw.between(0, 8'000'000);
-  options.sample_furthest_ns = draw.between(0, 8'000'000);
-  options.force_window_ns = draw.between(0, 8'000'000);
-  options.force_furthest_ns = draw.between(0, 8'000'000);
-  options.adapt_start_ns = draw.between(0, 5'000'000);
-  options.adapt_most_ns = draw.between(5'000'000, 50'000'000);
-  return options;
 }
 
 RemapperOptions same(const evenstep_remap_options& c) {
@@ -151,7 +102,7 @@ TEST_CASE("C99 and C++ get the numbers of the C++ Remapper from evenstep_remap.h
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     INFO("seed " << seed);
     Draw draw(seed);
-    const evenstep_remap_options options = random_options(draw);
+    const evenstep_remap_options options = random_options(defaults(), draw);
     std::vector<remap_c_call> calls = calls_of(random_schedule(draw, 20), draw);
     evenstep_remap_counts counts;
     REQUIRE(play(&options, calls.data(), static_cast<int>(calls.size()), &counts) == EVENSTEP_REMAP_OK);
@@ -258,7 +209,7 @@ TEST_CASE("calls out of order, times that go back and values that are not finite
 TEST_CASE("no call of a million with any numbers at all stops the program or gives an unknown code") {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Draw draw(seed);
-    const Handle handle(random_options(draw));
+    const Handle handle(random_options(defaults(), draw));
     std::int64_t now = 0;
     double value[8] = {};
     for (int i = 0; i < 20'000; ++i) {

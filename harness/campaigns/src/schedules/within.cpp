@@ -134,7 +134,7 @@ class Changes {
 
 WithinNeeds linear_within(const WithinBounds& bounds, Emission emission) {
   const Duration step = bounds.step.most;
-  return {{}, emission == Emission::linear ? step + step + bounds.visualization.most : step};
+  return {{}, emission == Emission::linear ? step + step + bounds.visualization.most : step, {}};
 }
 
 WithinNeeds paper_within(const WithinBounds& bounds, Emission emission) {
@@ -148,9 +148,10 @@ WithinNeeds paper_within(const WithinBounds& bounds, Emission emission) {
   const auto fast = [&](std::int64_t i) {
     return i == 0 ? Duration{} : Duration{floor_mul_div(shortest.ns * i - rounded, 1, steps.most)};
   };
-  WithinNeeds needs{slow(steps.most - 1) - drawing.least - step.least * (steps.most - 1), drawing.most + step.most};
+  WithinNeeds needs{slow(steps.most - 1) - drawing.least - step.least * (steps.most - 1), drawing.most + step.most, {}};
   const auto ends = [&](std::int64_t i) { return drawing.most + step.most * (i + 1) - fast(i); };
   needs.late = std::max(needs.late, ends(steps.most - 1));
+  needs.behind = needs.late - step.most;
   if (emission == Emission::hold) return needs;
   // From the last step of a segment to the end of the first one of the next.
   for (const std::int64_t count : {steps.least, steps.most})
@@ -178,7 +179,8 @@ WithinNeeds clocked_within(const WithinBounds& bounds, Rate step_rate, Emission 
   if (grows <= size_up) latest = std::max(latest, latest_with(grows, usual + 1));
   const Duration first_soonest = std::max(size, drawing.least) + drawing.least;
   const Duration first_latest = drawing.most + drawing.most + (drawing.least < size ? size - Duration{1} : Duration{});
-  return {first_latest - soonest, latest - first_soonest + (emission == Emission::linear ? size_up : Duration{})};
+  const Duration late = latest - first_soonest;
+  return {first_latest - soonest, emission == Emission::linear ? late + size_up : late, late - step.least};
 }
 
 WithinNeeds searched_within(const WithinBounds& bounds, StrategyKind map, Emission emission, std::int64_t& tried) {
@@ -206,7 +208,20 @@ WithinNeeds searched_within(const WithinBounds& bounds, StrategyKind map, Emissi
     }
     most.*what = *found;
   }
+  most.behind = most.late - bounds.step.least;
   return most;
+}
+
+std::int64_t waiting_within(const WithinBounds& bounds, const WithinNeeds& needs) {
+  const Duration step = bounds.step.least, within = needs.early + needs.late;
+  const std::int64_t in_segment = bounds.steps->most;
+  const Duration segment = bounds.visualization.least + step * in_segment;
+  const std::int64_t whole = within.ns / segment.ns;
+  return whole * in_segment + std::min(in_segment, (within - segment * whole).ns / step.ns);
+}
+
+std::int64_t waiting_clocked(const WithinBounds& bounds, Rate step_rate, const WithinNeeds& needs) {
+  return (needs.early + needs.late - bounds.step.least).ns / instant_ns(step_rate, 1) + 1;
 }
 
 }  // namespace internal
@@ -274,9 +289,12 @@ Result<SizeWithin> size_within(const WithinBounds& bounds, const SizeOptions& op
     return Failure(
         std::string("it takes either \"steps 15\", how many there are in a segment, or --step-size: then a frame runs those "
                     "that are due"));
-  const auto add = [&](StrategyKind map, SizeWithin::How how, const internal::WithinNeeds& needs, std::int64_t tried = 0) {
-    const Duration lead = needs.early + out.sampling_period - Duration{1};
-    out.maps.push_back({name_of(map), how, lead, lead + needs.late, tried});
+  const SamplingGrid device{options.sampling, RealTime{}};
+  const auto add = [&](StrategyKind map, SizeWithin::How how, const internal::WithinNeeds& needs, std::int64_t waiting) {
+    const Duration lead = needs.early + out.sampling_period - Duration{1}, latency = lead + needs.late;
+    const RunningCapacities rings({&device, 1}, lead, latency, needs.behind + lead, {});
+    out.maps.push_back({name_of(map), how, lead, latency, rings.budget().interaction_capacity,
+                        static_cast<std::size_t>(waiting) + 2});  // as RunningCapacities adds
   };
   if (options.step_size) {
     // Close to it, frames would be thousands of times as long as a drawing.
@@ -287,15 +305,19 @@ Result<SizeWithin> size_within(const WithinBounds& bounds, const SizeOptions& op
                       bounds.step.most.ns, out.step_size->ns));
     if (bounds.visualization.least <= Duration{})
       return Failure(std::string("a frame without a step must take time: it takes a visualization above 0 s"));
-    add(StrategyKind::clocked, SizeWithin::How::bound,
-        internal::clocked_within(bounds, *options.step_size, options.emission));
+    const internal::WithinNeeds needs = internal::clocked_within(bounds, *options.step_size, options.emission);
+    add(StrategyKind::clocked, SizeWithin::How::bound, needs, internal::waiting_clocked(bounds, *options.step_size, needs));
     return out;
   }
-  add(StrategyKind::linear, SizeWithin::How::exact, internal::linear_within(bounds, options.emission));
-  add(StrategyKind::paper, SizeWithin::How::exact, internal::paper_within(bounds, options.emission));
+  const auto add_segmented = [&](StrategyKind map, SizeWithin::How how, const internal::WithinNeeds& needs) {
+    add(map, how, needs, internal::waiting_within(bounds, needs));
+  };
+  add_segmented(StrategyKind::linear, SizeWithin::How::exact, internal::linear_within(bounds, options.emission));
+  add_segmented(StrategyKind::paper, SizeWithin::How::exact, internal::paper_within(bounds, options.emission));
   std::int64_t tried = 0;
-  const internal::WithinNeeds found = internal::searched_within(bounds, StrategyKind::phase_locked, options.emission, tried);
-  add(StrategyKind::phase_locked, SizeWithin::How::found, found, tried);
+  add_segmented(StrategyKind::phase_locked, SizeWithin::How::found,
+                internal::searched_within(bounds, StrategyKind::phase_locked, options.emission, tried));
+  out.maps.back().tried = tried;
   return out;
 }
 

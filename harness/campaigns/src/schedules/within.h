@@ -33,6 +33,14 @@
 ///   - step 0: max(dt, v) + v <= S(0) <= 2 V, and dt - 1 ns more if v < dt.
 /// So c = max S(0) - a + H and L = c + b - min S(0) (interpolated: + dt). These are bounds: they are reached where V varies
 /// enough for frames to begin at any phase of the clock.
+///
+/// Rings (LatencyBudget, remap/latency_budget.h), with early = sup (slot - S) and late = L - c:
+///   samples: those in (slot - c, S], so in a time of sup (S - slot) + c. For `linear` and `paper` that is exact, with
+///     sup (S - slot) = sup (E - slot) - S; for the others, and where E is that of the next step, s in place of S.
+///   forces: those of steps m <= n with slot(m) + late >= E(n). As slot(m) <= S(m) + early, they have S(m) >= E(n) - late -
+///     early: k of them take k s and have floor((k - 1) / N) drawings between them, so k is the largest with
+///     k s + floor((k - 1) / N) v <= early + late. For `linear` one schedule has so many. Slots of `clocked` lie dt apart,
+///     between E(n) - late and S(n) + early: at most floor((early + late - s) / dt) + 1.
 
 #include <cstdint>
 #include <span>
@@ -42,10 +50,11 @@
 
 namespace evenstep::internal {
 
-/// The two suprema of a map, without the sampling term.
+/// The suprema of a map, without the sampling term.
 struct WithinNeeds {
-  Duration early;  ///< slot - begin
-  Duration late;   ///< end - slot
+  Duration early;   ///< slot - begin
+  Duration late;    ///< end - slot; with linear emission of the next step's end
+  Duration behind;  ///< begin - slot
 };
 WithinNeeds linear_within(const WithinBounds& bounds, Emission emission);
 WithinNeeds paper_within(const WithinBounds& bounds, Emission emission);
@@ -53,5 +62,8 @@ WithinNeeds paper_within(const WithinBounds& bounds, Emission emission);
 WithinNeeds clocked_within(const WithinBounds& bounds, Rate step_rate, Emission emission);
 /// The largest found.
 WithinNeeds searched_within(const WithinBounds& bounds, StrategyKind map, Emission emission, std::int64_t& tried);
+/// The most forces that wait at once, of a map that needs so much.
+std::int64_t waiting_within(const WithinBounds& bounds, const WithinNeeds& needs);
+std::int64_t waiting_clocked(const WithinBounds& bounds, Rate step_rate, const WithinNeeds& needs);
 
 }  // namespace evenstep::internal

@@ -119,4 +119,42 @@ SizeFit internal::fit_of(const SizeFits& has, const SizeRecord& record, const Ma
   return fit;
 }
 
+RunOutcome fit_outcome(const SizeRecord& record) {
+  using Verdict = ExpectationResult::Verdict;
+  const SizeFit& fit = *record.fit;
+  const bool known = fit.unknown.empty();
+  RunOutcome outcome;
+  outcome.record.file = record.input;
+  outcome.record.clock = "virtual";
+  const std::string signal = "sizing.buffers." + fit.map;
+  const auto add = [&](const char* metric, std::optional<double> has, double needed, const char* unit, double unit_size) {
+    if (known) outcome.metrics[signal][metric] = needed * unit_size;
+    if (!has) return;
+    ExpectationResult result;
+    result.file = record.input;
+    result.signal = result.pattern = signal;
+    result.metric = metric;
+    result.unit = unit;
+    result.max = has;
+    if (known) result.value = needed;
+    result.detail = fit.unknown;
+    result.verdict = !known ? Verdict::error : needed <= *has ? Verdict::pass : Verdict::fail;
+    outcome.results.push_back(std::move(result));
+  };
+  const auto time = [&](const char* metric, const std::optional<Duration>& has, Duration needed) {
+    const auto in_ms = [](Duration one) { return static_cast<double>(one.ns) / 1e6; };
+    add(metric, has ? std::optional(in_ms(*has)) : std::nullopt, in_ms(needed), "ms", 1e-3);
+  };
+  time("latency", fit.latency, fit.needed_latency);
+  time("lead", fit.lead, fit.needed_lead);
+  const auto ring = [&](const char* metric, const std::optional<std::int64_t>& has, std::int64_t needed) {
+    if (has) add(metric, static_cast<double>(*has), static_cast<double>(needed), "", 1);
+  };
+  ring("interaction_capacity", fit.samples, fit.needed_samples);
+  ring("force_capacity", fit.forces, fit.needed_forces);
+  outcome.verdict = fit.fits() ? RunVerdict::pass : known ? RunVerdict::fail : RunVerdict::error;
+  outcome.exit = fit.fits() ? ExitCode::pass : ExitCode::expectation_failed;
+  return outcome;
+}
+
 }  // namespace evenstep

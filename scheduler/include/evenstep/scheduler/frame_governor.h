@@ -50,8 +50,8 @@
 ///
 /// Of a recording nobody has programmed T, P and N, so they are what was usual in its last 8 segments: T = P is the lower
 /// median of their lengths, if at least half of them ended with idle time (more than 1 % of their length); N is the most
-/// steps that one of them had. The first segment is a burst, and is not split; with a `pace` it is, and if it has parts,
-/// also spread, because who shares steps out between parts knows how many there are. Steps beyond N have the last slot, and
+/// steps that one of them had. In the first segment parts and steps follow each other at once; with a `pace` and parts it is
+/// spread, too, because who shares steps out between parts knows how many there are. Steps beyond N have the last slot, and
 /// when the recording's next segment begins no step waits any more. So what the governor does up to an instant is
 /// the same whatever comes after, and a step begins later than without `spread` by at most the length of one segment of the
 /// source; if T and N are programmed and no step is longer than its slot, no later than its slot or its begin without

@@ -6,6 +6,8 @@
 #include <string_view>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run.h"
+#include "evenstep/reports/size_record.h"
 #include "evenstep/text/quantity.h"
 #include "evenstep/time/time.h"
 
@@ -22,5 +24,9 @@ struct SizeFits {
 /// "latency 20 ms, lead 2 ms, rings 64 32, map clocked, per 1 h, confidence 95 %", in any order. The error says what is
 /// wrong.
 Result<SizeFits> parse_fits(std::string_view text);
+
+/// The verdict as that of a run, for the places where runs are compared and listed: what is needed as metrics of
+/// `sizing.buffers.<map>`, and what the program has as limits of it. It has no strategy.
+RunOutcome fit_outcome(const SizeRecord& record);
 
 }  // namespace evenstep

@@ -294,7 +294,8 @@ struct SizeWithin {
     std::string name;
     How how = How::exact;
     Duration lead, latency;
-    std::int64_t tried = 0;  ///< schedules of the search
+    std::size_t interaction_capacity = 0, force_capacity = 0;  ///< enough for all; rarely more than one of them needs
+    std::int64_t tried = 0;                                    ///< schedules of the search
   };
   std::vector<Map> maps;
 };
