@@ -139,9 +139,7 @@ int main(int argc, char** argv) {
   if (tissue == nullptr) refuse("only a tissue can be drawn");
 
   const WallClock clock(WallEpoch::in({}));
-  SolverOptions options;
-  options.work_group_size = scenario->work_group_size;
-  const std::unique_ptr<Solver> solver = make_solver(scenario->solver, scenario->scene, options);
+  const std::unique_ptr<Solver> solver = make_solver(scenario->solver, scenario->scene, scenario->solver_options);
   Steps stepping(*scenario, *solver, clock);
   stepping.block(steps);  // warm-up
 

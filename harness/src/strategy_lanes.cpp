@@ -193,10 +193,8 @@ class CountedTiming final : public StepTiming {
 };
 
 std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind) {
-  SolverOptions options;
-  options.work_group_size = scenario.work_group_size;
   try {
-    return make_solver(scenario.solver, scene_of(scenario, kind), options);
+    return make_solver(scenario.solver, scene_of(scenario, kind), scenario.solver_options);
   } catch (const SolverError& error) {
     throw run_failure(error);
   }

@@ -28,6 +28,8 @@ std::string tissue_options(const TissueConstants<float>& constants, const Lattic
   }
   std::string options = "-DSPRINGS(S)=" + springs;
   if (!couplings.empty()) options += " -DCOUPLINGS(C)=" + couplings;
+  if (features.grab[0]) options += " -DGRAB0";
+  if (features.grab[1]) options += " -DGRAB1";
   if (features.spring[0]) options += " -DHELD0";
   if (features.spring[1]) options += " -DHELD1";
   if (!probes.empty()) options += " -DPROBED -DPROBES(P)=" + probes;

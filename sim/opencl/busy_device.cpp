@@ -41,7 +41,7 @@ class OpenClBusy final : public BusyDevice {
 }  // namespace
 
 std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions& options) {
-  return std::make_unique<OpenClBusy>(choose_device(options.opencl_platform, options.opencl_device), options);
+  return std::make_unique<OpenClBusy>(choose_device(options), options);
 }
 
 }  // namespace evenstep

@@ -10,6 +10,13 @@ CellBuffers::CellBuffers(const TissueScene& of_scene, const Lattice& of_lattice,
       constants(scene, lattice, substep_s),
       active(commands.buffer_of(std::vector<float>(lattice.active.begin(), lattice.active.end()))),
       mobile(commands.buffer_of(std::vector<float>(lattice.mobile.begin(), lattice.mobile.end()))) {
+  if (needs_holding(features, scene.method)) {
+    std::vector<float> values(lattice.mobile.begin(), lattice.mobile.end());
+    for (std::size_t tool = 0; tool < scene.tools.size(); ++tool)
+      if (features.grab[tool])
+        for (const std::uint32_t cell : lattice.held[tool]) values[cell] = 2 + static_cast<float>(tool);
+    holding = commands.buffer_of(values);
+  }
   if (features.regions) {
     const MaterialArrays<float> materials(scene, lattice);
     stiffness = commands.buffer_of(materials.stiffness);
@@ -37,11 +44,11 @@ void CellBuffers::add_tools(BoundKernel& kernel) const {
   kernel.add(none, none, none, none);
 }
 
-void CellBuffers::set_tools(const BoundKernel& kernel, const ToolStates& tools) const {
+void CellBuffers::set_tools(BoundKernel& kernel, const ToolStates& tools) const {
   if (features.tool_forces()) set_tool_states(kernel, kernel.tools_at, tools);
 }
 
-void set_tool_states(const BoundKernel& kernel, cl_uint at, const ToolStates& tools) {
+void set_tool_states(BoundKernel& kernel, cl_uint at, const ToolStates& tools) {
   for (const ToolState& tool : tools) {
     kernel.set(at++, float4(tool.offset_m));
     kernel.set(at++, float4(tool.velocity_m_per_s));

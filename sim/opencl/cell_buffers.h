@@ -8,6 +8,11 @@
 
 namespace evenstep::internal {
 
+/// Whether the method's own kernel moves the grabbed particles.
+inline bool needs_holding(const SceneFeatures& features, Method method) {
+  return method == Method::symplectic_euler && features.grabs();
+}
+
 /// A buffer that the scene does not need is null.
 struct CellBuffers {
   CellBuffers(const TissueScene& scene, const Lattice& lattice, const SceneFeatures& features, double substep_s,
@@ -18,13 +23,14 @@ struct CellBuffers {
   /// Add the arguments for MATERIALS and TOOLS of the kernels' parameters (kernels/springs.cl).
   void add_materials(BoundKernel& kernel) const;
   void add_tools(BoundKernel& kernel) const;
-  void set_tools(const BoundKernel& kernel, const ToolStates& tools) const;
+  void set_tools(BoundKernel& kernel, const ToolStates& tools) const;
 
   const TissueScene& scene;
   const Lattice& lattice;
   const SceneFeatures& features;
   TissueConstants<float> constants;
-  ClBuffer active, mobile, stiffness, inverse_mass, mass;
+  ClBuffer active, mobile, holding;  // holding: as mobile, but 2 or 3 where tool 0 or 1 grabs (kernels/advance.cl)
+  ClBuffer stiffness, inverse_mass, mass;
   std::array<ClBuffer, kMaxTools> held;
   ClField rest_m;
 };
@@ -33,6 +39,6 @@ inline cl_float4 float4(const std::array<double, 3>& v) {
   return {{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0}};
 }
 /// Both tools' offsets and velocities, from argument `at` on.
-void set_tool_states(const BoundKernel& kernel, cl_uint at, const ToolStates& tools);
+void set_tool_states(BoundKernel& kernel, cl_uint at, const ToolStates& tools);
 
 }  // namespace evenstep::internal

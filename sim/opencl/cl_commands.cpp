@@ -58,12 +58,19 @@ void ClCommands::enqueue(const BoundKernel& kernel, std::size_t count) const {
 
 void ClCommands::finish() const { check_cl(cl().clFinish(queue_.get()), "clFinish"); }
 
-ClBuffer ClCommands::buffer(std::size_t bytes, const void* content) const {
+ClBuffer ClCommands::new_buffer(cl_mem_flags flags, std::size_t bytes, const void* content) const {
   cl_int code = CL_SUCCESS;
-  const cl_mem_flags flags = CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0);
   ClBuffer result(cl().clCreateBuffer(context_.get(), flags, bytes, const_cast<void*>(content), &code));
   check_cl(code, "clCreateBuffer");
   return result;
+}
+
+ClBuffer ClCommands::buffer(std::size_t bytes, const void* content) const {
+  return new_buffer(CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0), bytes, content);
+}
+
+ClBuffer ClCommands::shared_buffer(std::size_t bytes) const {
+  return new_buffer(CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, bytes, nullptr);
 }
 
 ClField ClCommands::field(std::size_t cells) const {
@@ -74,6 +81,22 @@ ClField ClCommands::field(std::size_t cells) const {
 void ClCommands::read(const ClBuffer& from, std::size_t bytes, void* to) const {
   enqueue_one("clEnqueueReadBuffer", "read", [&](cl_event* event) {
     return cl().clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, event);
+  });
+}
+
+void* ClCommands::map(const ClBuffer& from, std::size_t bytes) const {
+  void* mapped = nullptr;
+  enqueue_one("clEnqueueMapBuffer", "map", [&](cl_event* event) {
+    cl_int code = CL_SUCCESS;
+    mapped = cl().clEnqueueMapBuffer(queue_.get(), from.get(), CL_TRUE, CL_MAP_READ, 0, bytes, 0, nullptr, event, &code);
+    return code;
+  });
+  return mapped;
+}
+
+void ClCommands::unmap(const ClBuffer& buffer, void* mapped) const {
+  enqueue_one("clEnqueueUnmapMemObject", "unmap", [&](cl_event* event) {
+    return cl().clEnqueueUnmapMemObject(queue_.get(), buffer.get(), mapped, 0, nullptr, event);
   });
 }
 
@@ -94,6 +117,23 @@ void ClCommands::copy(const ClBuffer& from, const ClBuffer& to, std::size_t byte
   enqueue_one("clEnqueueCopyBuffer", "copy", [&](cl_event* event) {
     return cl().clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, event);
   });
+}
+
+std::span<const float> ClResults::read() {
+  give_back();
+  mapped_ = commands_->map(buffer_, size_ * sizeof(float));
+  return {static_cast<const float*>(mapped_), size_};
+}
+
+void ClResults::give_back() {
+  if (mapped_ != nullptr) commands_->unmap(buffer_, std::exchange(mapped_, nullptr));
+}
+
+ClResults::~ClResults() {
+  try {
+    give_back();
+  } catch (const SolverError&) {  // the device is gone, and so is its memory
+  }
 }
 
 }  // namespace evenstep::internal

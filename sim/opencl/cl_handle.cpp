@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "evenstep/sim/solver.h"
+#include "evenstep/sim/opencl_devices.h"
 
 namespace evenstep::internal {
 namespace {
@@ -62,7 +62,13 @@ std::int64_t device_number(cl_device_id device, cl_device_info what) {
   return static_cast<std::int64_t>(number);
 }
 
-cl_platform_id choose_platform(const std::string& part) {
+struct Found {
+  std::vector<ClDevice> devices;
+  std::vector<OpenClListed> listed;  // the same ones
+};
+
+/// A platform without a device is a driver without its card: it is passed over.
+Found find_devices() {
   cl_uint count = 0;
   const cl_int code = cl().clGetPlatformIDs(0, nullptr, &count);
   if (code != CL_SUCCESS || count == 0) {
@@ -71,15 +77,31 @@ cl_platform_id choose_platform(const std::string& part) {
   }
   std::vector<cl_platform_id> platforms(count);
   check_cl(cl().clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
-  const std::string wanted = part.empty() ? "Portable Computing Language" : part;
+  Found found;
   std::string known;
   for (const cl_platform_id platform : platforms) {
     const std::string name = platform_name(platform);
-    if (name.find(wanted) != std::string::npos) return platform;
     known += (known.empty() ? "'" : ", '") + name + "'";
+    if (cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS || count == 0) continue;
+    std::vector<cl_device_id> devices(count);
+    check_cl(cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr), "clGetDeviceIDs");
+    for (const cl_device_id device : devices) {
+      const std::string called = device_name(device);
+      found.devices.push_back({platform, device, called});
+      const std::int64_t type = device_number<cl_device_type>(device, CL_DEVICE_TYPE);
+      found.listed.push_back({name, called, (type & CL_DEVICE_TYPE_GPU) != 0});
+    }
   }
-  if (part.empty()) return platforms.front();
-  throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL platform is called '{}'", part), "one of " + known);
+  if (!found.devices.empty()) return found;
+  throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL platform has a device: {}", known),
+                    "check its driver; PoCL needs a folder that it can write in POCL_CACHE_DIR, and a driver that it "
+                    "knows in POCL_DEVICES");
+}
+
+/// Looked for once: a GPU's driver takes a while to wake up.
+const Found& found_devices() {
+  static const Found found = find_devices();
+  return found;
 }
 
 }  // namespace
@@ -95,25 +117,9 @@ void check_cl(cl_int code, std::string_view call) {
                     fmt::format("{} failed: {}", call, name_of(code)), remedy);
 }
 
-ClDevice choose_device(const std::string& platform_part, const std::string& device_part) {
-  const cl_platform_id platform = choose_platform(platform_part);
-  cl_uint count = 0;
-  if (cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS || count == 0) {
-    throw SolverError(SolverFault::unavailable,
-                      fmt::format("the OpenCL platform '{}' has no device", platform_name(platform)),
-                      "check its driver; PoCL needs a folder that it can write in POCL_CACHE_DIR, and a driver that it "
-                      "knows in POCL_DEVICES");
-  }
-  std::vector<cl_device_id> devices(count);
-  check_cl(cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr), "clGetDeviceIDs");
-  std::string known;
-  for (const cl_device_id device : devices) {
-    const std::string name = device_name(device);
-    if (name.find(device_part) != std::string::npos) return {platform, device, name};
-    known += (known.empty() ? "'" : ", '") + name + "'";
-  }
-  throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL device is called '{}'", device_part),
-                    "one of " + known);
+ClDevice choose_device(const SolverOptions& options) {
+  const Found& found = found_devices();
+  return found.devices[choose_opencl(found.listed, options.opencl_device, options.prefer_gpu)];
 }
 
 OpenClDescription describe(const ClDevice& device) {
@@ -123,7 +129,10 @@ OpenClDescription describe(const ClDevice& device) {
           .driver = device_text(device.device, CL_DRIVER_VERSION),
           .compute_units = device_number<cl_uint>(device.device, CL_DEVICE_MAX_COMPUTE_UNITS),
           .clock_MHz = device_number<cl_uint>(device.device, CL_DEVICE_MAX_CLOCK_FREQUENCY),
-          .timer_resolution_ns = device_number<std::size_t>(device.device, CL_DEVICE_PROFILING_TIMER_RESOLUTION)};
+          .timer_resolution_ns = device_number<std::size_t>(device.device, CL_DEVICE_PROFILING_TIMER_RESOLUTION),
+          .memory_bytes = device_number<cl_ulong>(device.device, CL_DEVICE_GLOBAL_MEM_SIZE)};
 }
 
 }  // namespace evenstep::internal
+
+const std::vector<evenstep::OpenClListed>& evenstep::opencl_devices() { return evenstep::internal::found_devices().listed; }

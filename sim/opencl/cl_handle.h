@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "evenstep/sim/device_commands.h"
+#include "evenstep/sim/solver.h"
 #include "opencl/cl_library.h"
 
 namespace evenstep::internal {
@@ -43,9 +43,8 @@ struct ClDevice {
   cl_device_id device = nullptr;
   std::string name;
 };
-/// Chooses a device by parts of the names. With an empty platform name it is PoCL if that is installed, otherwise the first
-/// platform. Errors list the available devices.
-ClDevice choose_device(const std::string& platform_part, const std::string& device_part);
+/// The one that choose_opencl chooses of all. Throws SolverError.
+ClDevice choose_device(const SolverOptions& options);
 OpenClDescription describe(const ClDevice& device);
 
 }  // namespace evenstep::internal

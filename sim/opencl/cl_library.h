@@ -9,7 +9,8 @@
 #define EVENSTEP_CL_FUNCTIONS(X)                                                                                   \
   X(clBuildProgram) X(clCreateBuffer) X(clCreateCommandQueue) X(clCreateContext) X(clCreateKernel)                 \
   X(clCreateProgramWithSource) X(clEnqueueCopyBuffer) X(clEnqueueFillBuffer) X(clEnqueueNDRangeKernel)             \
-  X(clEnqueueReadBuffer) X(clEnqueueWriteBuffer) X(clFinish) X(clGetDeviceIDs) X(clGetDeviceInfo)                  \
+  X(clEnqueueMapBuffer) X(clEnqueueReadBuffer) X(clEnqueueUnmapMemObject) X(clEnqueueWriteBuffer)                  \
+  X(clFinish) X(clGetDeviceIDs) X(clGetDeviceInfo)                                                                 \
   X(clGetEventProfilingInfo) X(clGetPlatformIDs) X(clGetPlatformInfo) X(clGetProgramBuildInfo)                     \
   X(clReleaseCommandQueue) X(clReleaseContext) X(clReleaseEvent) X(clReleaseKernel) X(clReleaseMemObject)          \
   X(clReleaseProgram) X(clSetKernelArg) X(clWaitForEvents)

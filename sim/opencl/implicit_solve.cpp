@@ -74,7 +74,7 @@ void ImplicitSolve::set_substep(double substep_s) {
   apply_system_.set(apply_system_.step_at, cl_float4{{system.inertia, system.stiffness, system.axial, 0}});
   apply_system_.set(apply_system_.step_at + 1, cl_float4{{terms.damping[0], terms.damping[1], 0, 0}});
   const auto h = static_cast<float>(substep_s);
-  for (const BoundKernel* kernel : {&aim_grabs_, &begin_solve_, &residual_, &finish_solve_})
+  for (BoundKernel* kernel : {&aim_grabs_, &begin_solve_, &residual_, &finish_solve_})
     if (*kernel) kernel->set(kernel->step_at, h);
 }
 

@@ -30,8 +30,8 @@ void check_memory(const Scene& scene, const SceneFeatures& features, const ClDev
   const double digest_bytes = features.digest ? sizeof(cl_ulong) : 0;
   const double probe_bytes = features.probes() ? static_cast<double>(sizeof(float) * features.probe_values()) : 0;
   const double one = cells_of(tissue) * std::max({double{sizeof(float)}, digest_bytes, probe_bytes});
-  const double needed =
-      cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes + probe_bytes);
+  const int arrays = scalar_arrays(features, tissue.method) + (needs_holding(features, tissue.method) ? 1 : 0);
+  const double needed = cells_of(tissue) * (double{sizeof(float)} * arrays + digest_bytes + probe_bytes);
   if (needed <= static_cast<double>(there) && one <= static_cast<double>(largest)) return;
   throw SolverError(
       SolverFault::out_of_memory,
@@ -59,19 +59,20 @@ class OpenClTissue final : public TissueSolver {
 
  protected:
   void substep(const ToolStates& before, const ToolStates& after) override {
-    tools_.finish_grabs(current_);
     if (solve_) {
       solve_->substep(after);
     } else if (is_verlet_) {
       commands_.enqueue(kernels().drift, lattice().span);
     } else {
-      cells_.set_tools(kernels().advance, before);
-      commands_.enqueue(kernels().advance, lattice().span);
+      BoundKernel& advance = kernels().advance;  // it puts the grabbed particles, too
+      cells_.set_tools(advance, before);
+      if (features().grabs()) set_tool_states(advance, advance.grabs_at, after);
+      commands_.enqueue(advance, lattice().span);
       current_ = 1 - current_;
+      return;
     }
-    if (!is_verlet_) return tools_.put_grabs_later(current_, after);
     tools_.put_grabs(current_, after);
-    accelerate(after);
+    if (is_verlet_) accelerate(after);
   }
 
   void set_substep(double substep_s) override {
@@ -179,7 +180,7 @@ class OpenClTissue final : public TissueSolver {
   std::string source() const {
     std::string source = std::string(kHeadSource) + kSpringsSource;
     source += is_implicit_ ? kImplicitSystemSource : is_verlet_ ? kVerletSource : kAdvanceSource;
-    if (features().grab[0] || features().grab[1]) source += kGrabForceSource;
+    if (features().grabs()) source += kGrabForceSource;
     if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
     if (features().energy) source += kEnergySource;
     return source;
@@ -249,9 +250,12 @@ class OpenClTissue final : public TissueSolver {
     advance = commands_.kernel("advance");
     advance.add(displacement(from), displacement(1 - from), velocity(from));
     if (features().axial_damping) advance.add(velocity(1 - from));
-    advance.add(cells_.active, cells_.mobile);
+    advance.add(cells_.active, cells_.holding.get() ? cells_.holding : cells_.mobile);
     cells_.add_materials(advance);
     cells_.add_tools(advance);
+    const cl_float4 none{};
+    advance.grabs_at = advance.next();
+    if (features().grabs()) advance.add(none, none, none, none);
     advance.step_at = advance.next();
   }
 
@@ -291,13 +295,12 @@ class OpenClTissue final : public TissueSolver {
     }
   }
 
-  /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0. Three substeps, so that
-  /// in both directions grabbed particles are moved both in a launch of their own and in that which reads their forces.
+  /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0, in both directions.
   void warm_up() {
     to_rest();
     ToolReadings ignored = empty_readings();
     for (int direction = 0; direction < 2; ++direction) {
-      for (int n = 0; n < 3; ++n) substep({}, {});
+      substep({}, {});
       if (solve_) solve_->iterate(1);  // a scene at rest needs no iteration
       read_tools({}, ignored);
       if (features().digest) digest();
@@ -335,7 +338,7 @@ std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SceneFeatur
   }
   static std::mutex making;
   const std::lock_guard one_at_a_time(making);
-  ClDevice device = choose_device(options.opencl_platform, options.opencl_device);
+  ClDevice device = choose_device(options);
   check_memory(scene, features, device);
   return std::make_unique<OpenClTissue>(scene, features, options, std::move(device));
 }
@@ -345,10 +348,9 @@ std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SceneFeatur
 bool evenstep::built_with_opencl() { return true; }
 
 void evenstep::open_opencl(const SolverOptions& options) {
-  const internal::ClCommands opened(internal::choose_device(options.opencl_platform, options.opencl_device),
-                                    static_cast<std::size_t>(options.work_group_size));
+  const internal::ClCommands opened(internal::choose_device(options), static_cast<std::size_t>(options.work_group_size));
 }
 
 evenstep::OpenClDescription evenstep::describe_opencl(const SolverOptions& options) {
-  return internal::describe(internal::choose_device(options.opencl_platform, options.opencl_device));
+  return internal::describe(internal::choose_device(options));
 }

@@ -18,8 +18,7 @@ ToolKernels::ToolKernels(const CellBuffers& cells, const std::vector<std::uint32
   if (!coupled.empty()) coupled_ = commands.buffer_of(coupled);
   if (probes > 0) probe_cells_ = commands.buffer(cells.lattice.span * cells.features.probe_values() * sizeof(float));
   if (!watched.empty()) watched_cells_ = commands.buffer_of(watched);
-  result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size() + 3 * watched.size());
-  if (!result_.empty()) result_buffer_ = commands.buffer(result_.size() * sizeof(float));
+  result_ = ClResults(commands, 3 * (grabbed_count_ + coupled_count_) + probes * probe_size() + 3 * watched.size());
 }
 
 void ToolKernels::bind(std::size_t direction, const ClField& u, const ClField& v) {
@@ -29,40 +28,35 @@ void ToolKernels::bind(std::size_t direction, const ClField& u, const ClField& v
     kernels.coupling_force = commands_.kernel("coupling_force");
     kernels.coupling_force.add(coupled_, static_cast<cl_uint>(coupled_count_), u, v);
     cells_.add_tools(kernels.coupling_force);
-    kernels.coupling_force.add(static_cast<cl_uint>(3 * grabbed_count_), result_buffer_);
+    kernels.coupling_force.add(static_cast<cl_uint>(3 * grabbed_count_), result_.buffer());
   }
   if (!watched_.empty()) {
     kernels.displacements = commands_.kernel("displacements");
     kernels.displacements.add(watched_cells_, static_cast<cl_uint>(watched_.size()), u, static_cast<cl_uint>(watched_at()),
-                              result_buffer_);
+                              result_.buffer());
   }
   for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
     if (!cells_.is_probe(tool)) continue;
     bind_probe(kernels.probe[tool], tool, u);
     probe_sums_[tool] = commands_.kernel("probe_sums");
-    probe_sums_[tool].add(probe_cells_, cl_ulong{cells_.chunks()}, static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+    probe_sums_[tool].add(probe_cells_, cl_ulong{cells_.chunks()}, static_cast<cl_uint>(probe_at(tool)), result_.buffer());
   }
 }
 
 void ToolKernels::bind_grab(Kernels& kernels, const ClField& u, const ClField& v) const {
-  const cl_float4 none{};
-  kernels.grab = commands_.kernel("grab");
-  add_grabbed(kernels.grab);
-  kernels.grab.tools_at = kernels.grab.next();
-  kernels.grab.add(none, none, none, none, u, v);
+  if (!cells_.holding.get()) {
+    const cl_float4 none{};
+    kernels.grab = commands_.kernel("grab");
+    add_grabbed(kernels.grab);
+    kernels.grab.tools_at = kernels.grab.next();
+    kernels.grab.add(none, none, none, none, u, v);
+  }
   kernels.grab_force = commands_.kernel("grab_force");
   kernels.grab_force.add(grabbed_, static_cast<cl_uint>(grabbed_count_), u);
   if (cells_.features.axial_damping) kernels.grab_force.add(v);
   kernels.grab_force.add(cells_.active);
   if (cells_.features.regions) kernels.grab_force.add(cells_.stiffness);
-  kernels.grab_force.add(cl_uint{0}, result_buffer_);
-  if (!commands_.is_one_group(grabbed_count_)) return;
-  kernels.grab_and_force = commands_.kernel("grab_and_force");
-  add_grabbed(kernels.grab_and_force);
-  kernels.grab_and_force.tools_at = kernels.grab_and_force.next();
-  kernels.grab_and_force.add(none, none, none, none, u, v, cells_.active);
-  if (cells_.features.regions) kernels.grab_and_force.add(cells_.stiffness);
-  kernels.grab_and_force.add(cl_uint{0}, result_buffer_);
+  kernels.grab_force.add(cl_uint{0}, result_.buffer());
 }
 
 void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) {
@@ -85,33 +79,18 @@ void ToolKernels::enqueue_grabbed(const BoundKernel& kernel) const {
   commands_.enqueue(kernel, commands_.padded(grabbed_count_));
 }
 
-void ToolKernels::put_grabs(std::size_t direction, const ToolStates& tools) const {
+void ToolKernels::put_grabs(std::size_t direction, const ToolStates& tools) {
   if (grabbed_count_ == 0) return;
-  const BoundKernel& grab = kernels_[direction].grab;
+  BoundKernel& grab = kernels_[direction].grab;
   set_tool_states(grab, grab.tools_at, tools);
   enqueue_grabbed(grab);
 }
 
-void ToolKernels::put_grabs_later(std::size_t direction, const ToolStates& tools) {
-  if (!kernels_[direction].grab_and_force) return put_grabs(direction, tools);
-  waiting_ = tools;
-}
-
-void ToolKernels::finish_grabs(std::size_t direction) {
-  if (waiting_) put_grabs(direction, *waiting_);
-  waiting_.reset();
-}
-
 void ToolKernels::read(std::size_t direction, const ToolStates& now, ToolReadings& readings) {
   if (result_.empty()) return commands_.finish();
-  const Kernels& kernels = kernels_[direction];
-  if (waiting_) {
-    set_tool_states(kernels.grab_and_force, kernels.grab_and_force.tools_at, *waiting_);
-    enqueue_grabbed(kernels.grab_and_force);
-    waiting_.reset();
-  } else if (grabbed_count_ > 0) {
-    enqueue_grabbed(kernels.grab_force);
-  }
+  Kernels& kernels = kernels_[direction];
+  result_.give_back();
+  if (grabbed_count_ > 0) enqueue_grabbed(kernels.grab_force);
   if (coupled_count_ > 0) {
     cells_.set_tools(kernels.coupling_force, now);
     commands_.enqueue(kernels.coupling_force, commands_.padded(coupled_count_));
@@ -120,40 +99,39 @@ void ToolKernels::read(std::size_t direction, const ToolStates& now, ToolReading
     if (cells_.is_probe(tool)) enqueue_probe(kernels, tool, now, cells_.constants.tools[tool].radius_m);
   }
   if (!watched_.empty()) commands_.enqueue(kernels.displacements, commands_.padded(watched_.size()));
-  commands_.read(result_buffer_, result_);
-  take_result(readings);
+  take_result(result_.read(), readings);
 }
 
-void ToolKernels::enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const {
-  const BoundKernel& probe = kernels.probe[tool];
+void ToolKernels::enqueue_probe(Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) {
+  BoundKernel& probe = kernels.probe[tool];
   probe.set(radius_at_, radius_m);
   probe.set(probe.tools_at, float4(now[tool].offset_m));
   commands_.enqueue(probe, cells_.lattice.span);
   commands_.enqueue(probe_sums_[tool], probe_size());
 }
 
-ProbeSums ToolKernels::probe_result(std::size_t tool) const {
-  return add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), cells_.features.local_model);
+ProbeSums ToolKernels::probe_result(std::span<const float> result, std::size_t tool) const {
+  return add_partials(result.subspan(probe_at(tool), probe_size()), cells_.features.local_model);
 }
 
 ProbeSums ToolKernels::read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m) {
+  result_.give_back();
   enqueue_probe(kernels_[direction], tool, now, radius_m);
-  commands_.read(result_buffer_, result_);
-  return probe_result(tool);
+  return probe_result(result_.read(), tool);
 }
 
-void ToolKernels::take_result(ToolReadings& readings) const {
+void ToolKernels::take_result(std::span<const float> result, ToolReadings& readings) const {
   std::size_t n = 0, grabbed = 0, coupled = 3 * grabbed_count_;
   for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
     std::size_t& from = cells_.features.grab[tool] ? grabbed : coupled;
     for (std::size_t held = 0; held < cells_.lattice.held[tool].size(); ++held, from += 3)
-      readings.held_N[n++] = {result_[from], result_[from + 1], result_[from + 2]};
+      readings.held_N[n++] = {result[from], result[from + 1], result[from + 2]};
     if (!cells_.is_probe(tool)) continue;
-    readings.probes[tool] = probe_result(tool);
+    readings.probes[tool] = probe_result(result, tool);
   }
   for (std::size_t w = 0; w < watched_.size(); ++w) {
     const std::size_t from = watched_at() + 3 * w;
-    readings.displacement_m[w] = {result_[from], result_[from + 1], result_[from + 2]};
+    readings.displacement_m[w] = {result[from], result[from + 1], result[from + 2]};
   }
 }
 

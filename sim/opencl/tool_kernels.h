@@ -1,8 +1,9 @@
 #pragma once
-/// Puts grabbed particles where their tools are, and reads what the tools feel, once per step.
+/// Puts grabbed particles where their tools are, for the methods whose own kernels do not, and reads what the tools feel,
+/// once per step.
 
 #include <array>
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "opencl/cell_buffers.h"
@@ -21,25 +22,21 @@ class ToolKernels {
   void add_grabbed(BoundKernel& kernel) const;
   void enqueue_grabbed(const BoundKernel& kernel) const;
 
-  void put_grabs(std::size_t direction, const ToolStates& tools) const;
-  /// The same; but if one work-group holds all grabbed particles, they are moved only in the launch in which read() reads
-  /// their forces. Call read() next, or finish_grabs() before anything else is done to the particles.
-  void put_grabs_later(std::size_t direction, const ToolStates& tools);
-  void finish_grabs(std::size_t direction);
+  void put_grabs(std::size_t direction, const ToolStates& tools);
   void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
   /// Computes the sums of a probe again, as if it had another radius.
   ProbeSums read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m);
 
  private:
   struct Kernels {
-    BoundKernel grab, grab_force, grab_and_force, coupling_force, displacements;
+    BoundKernel grab, grab_force, coupling_force, displacements;
     std::array<BoundKernel, kMaxTools> probe;
   };
-  void enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const;
-  ProbeSums probe_result(std::size_t tool) const;
+  void enqueue_probe(Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m);
+  ProbeSums probe_result(std::span<const float> result, std::size_t tool) const;
   void bind_grab(Kernels& kernels, const ClField& u, const ClField& v) const;
   void bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u);
-  void take_result(ToolReadings& readings) const;
+  void take_result(std::span<const float> result, ToolReadings& readings) const;
 
   // The result contains the forces of the grabbed particles, then those of the coupled ones, the sums of each probe, and the
   // displacements of the watched cells.
@@ -53,12 +50,11 @@ class ToolKernels {
   const std::vector<std::uint32_t>& watched_;
   const ClCommands& commands_;
   std::size_t grabbed_count_ = 0, coupled_count_ = 0;
-  ClBuffer grabbed_, coupled_, watched_cells_, probe_cells_, result_buffer_;
-  std::vector<float> result_;
+  ClBuffer grabbed_, coupled_, watched_cells_, probe_cells_;
+  ClResults result_;
   std::array<Kernels, 2> kernels_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
-  std::optional<ToolStates> waiting_;  // from put_grabs_later()
-  cl_uint radius_at_ = 0;              // among the arguments of probe_cells
+  cl_uint radius_at_ = 0;  // among the arguments of probe_cells
 };
 
 }  // namespace evenstep::internal

@@ -28,6 +28,7 @@ struct SceneFeatures {
   /// How many sums are read for a probe: all of ProbeSums, or only its force.
   std::size_t probe_values() const { return local_model ? kProbeValues : kProbeForces; }
   bool probes() const { return probe[0] || probe[1]; }
+  bool grabs() const { return grab[0] || grab[1]; }
   /// Whether there are spring couplings or probes.
   bool tool_forces() const { return spring[0] || spring[1] || probes(); }
 };

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 #include <cerrno>
 #include <chrono>
@@ -21,6 +22,8 @@ constexpr auto kPatience = std::chrono::seconds(20);  // only a server that hang
 class Client {
  public:
   explicit Client(const std::string& url, int receive_buffer = 0) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const timeval patience{kPatience.count(), 0};
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     if (receive_buffer > 0) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -61,8 +64,8 @@ class Client {
 };
 
 struct Served {
-  explicit Served(const std::string& page = "<p>page</p>") {
-    auto opened = open_scope_server({0, page, "default-src 'none'"});
+  explicit Served(const std::string& page = "<p>page</p>", double request_s = 5) {
+    auto opened = open_scope_server({0, page, "default-src 'none'", request_s});
     REQUIRE(opened);
     server = std::move(opened).value();
     const std::size_t slash = server->url().find('/', std::strlen("http://"));
@@ -193,6 +196,21 @@ TEST_CASE("a request that does not end is given up, and keeps nobody waiting") {
   }
   CHECK(served.status(served.get("/")) == kOk);
   CHECK(slow.front()->receive().empty());
+}
+
+TEST_CASE("sixty requests that never end keep no further reader out, and end no stream") {
+  const Served served("<p>page</p>", 3600);  // so long that only room for others can end them
+  Client stream(served.server->url());
+  CHECK(stream.send(served.get("/events")).receive("retry: 1000\n\n").starts_with(kOk));
+  std::vector<std::unique_ptr<Client>> half;
+  for (int i = 0; i < 60; ++i) {
+    half.push_back(std::make_unique<Client>(served.server->url()));
+    half.back()->send("GET /");
+  }
+  CHECK(served.status(served.get("/")) == kOk);
+  CHECK(half.front()->receive().empty());
+  served.server->publish("rows", "{}");
+  CHECK(stream.receive("data: {}\n\n").ends_with("event: rows\ndata: {}\n\n"));
 }
 
 TEST_CASE("what was published last is sent before the server ends") {

@@ -1499,6 +1499,7 @@ case_record_gives_a_recording_that_other_commands_take() {
   expect 0 "next: $evenstep size timing.csv" record block.toml -o timing.csv --seconds 1
   grep -q 'host - device' out || fail "no device times"
   grep -q '^advance ' out || fail "no kernel by name"
+  grep -q '^OpenCL: ' out || fail "not which device"
   for word in '^# evenstep record block.toml --seconds 1 (evenstep' '^# device: ' '^# driver: ' '^# host: ' '^# load: ' \
     '^# clock: CLOCK_MONOTONIC' '^# before it, not in it: '; do
     grep -q "$word" timing.csv || fail "no '$word' in the head"
@@ -1518,6 +1519,44 @@ CHECK
   traced timing.csv
   expect 0 "NO VERDICT" run t.toml --allow-no-expectations
   [ -z "$(find . -name '*.writing-*')" ] || fail "a half-written file is left"
+}
+case_record_and_live_runs_say_in_the_same_words_how_far_they_were_from_real_time() {
+  small_block
+  expect 0 "went wrong   simulated time passes 5" \
+    record block.toml -o timing.csv --seconds 1 --host-only --set 'scene.step_size="33.3 ms"' --set scene.allow_unstable=true
+  "$evenstep" run --clock wall block.toml --allow-no-expectations --set 'scene.step_size="33.3 ms"' \
+    --set scene.allow_unstable=true --set 'run.duration="1 s"' --set 'run.warmup="0.2 s"' --set 'timing.step="real"' \
+    --set 'remap.latency="50 ms"' --set 'remap.lead="20 ms"' --out live >out 2>err
+  grep -q '^went wrong   .*simulated time passes 5' out || fail "a live run does not say so: $(cat out)"
+  scenario
+  expect 0 "next: " record x.toml -o spring.csv --seconds 1 --set 'scene.step_size="33.3 ms"'
+  ! grep -q 'simulated time' out || fail "a spring knows no time"
+}
+case_it_is_said_which_opencl_device_computes_and_which_key_chooses() {
+  small_block
+  expect 0 "runs use it" devices --opencl
+  grep -q '`record` uses it' out || fail "not what record uses"
+  expect 0 "OpenCL: " devices
+  "$evenstep" devices --opencl --json >out 2>err || fail "devices --opencl --json"
+  python3 - <<'CHECK' || fail "the list: $(cat out)"
+import json
+devices = json.load(open("out"))
+assert sum(one["used_by_run"] for one in devices) == 1 and sum(one["used_by_record"] for one in devices) == 1
+gpus = [one["gpu"] for one in devices]
+assert not any(gpus) or next(one for one in devices if one["gpu"])["used_by_record"]
+open("name", "w").write(next(one for one in devices if one["used_by_run"])["device"])
+CHECK
+  expect 0 "  OpenCL       $(cat name)" check block.toml
+  "$evenstep" check block.toml --json >out 2>err || fail "check --json"
+  python3 -c 'import json; assert json.load(open("out"))["opencl_device"].startswith(open("name").read())' ||
+    fail "no device"
+  expect 0 "  OpenCL       $(cat name)" run block.toml --set "scene.opencl_device=\"$(cat name)\"" --allow-no-expectations
+  expect 3 "no OpenCL device or platform is called 'Nonesuch'" run block.toml --set 'scene.opencl_device="Nonesuch"'
+  grep -q "a part of one of the names '" err || grep -q "a part of one of the names '" out || fail "not which there are"
+  ! "$evenstep" check "$spring" | grep -q OpenCL || fail "a spring needs no device"
+  expect 2 "--check is for --opencl" devices --check
+  OCL_ICD_VENDORS=$work/none expect 3 "pocl-opencl-icd" devices --opencl
+  OCL_ICD_VENDORS=$work/none expect 0 "  OpenCL       none: no OpenCL platform is installed" check block.toml
 }
 case_record_of_a_solver_without_a_device_has_host_times_only() {
   scenario
@@ -1544,6 +1583,9 @@ case_record_draws_or_burns_where_it_is_told_to() {
   grep -q '^# evenstep record block.toml --seconds 1 --visualization render (evenstep' drawn.csv || fail "no command"
   grep -q '^# in a visualization the tissue is drawn, 800 x 600 pixels, by ' drawn.csv || fail "not by what"
   [ "$(head -c 4 drawn.drawing.png | tail -c 3)" = PNG ] || fail "no drawing"
+  grep -q '^visualization: read ' out || fail "what a drawing reads is not said"
+  grep -q '^0,visualization,0,read,' drawn.profile.csv || fail "what a drawing reads belongs to nobody"
+  ! grep -q 'not to be trusted' out || fail "commands were counted into the wrong step"
   traced drawn.csv
   expect 0 "NO VERDICT" run t.toml --allow-no-expectations
 }

@@ -37,7 +37,7 @@ JSON_OF = {
     "compare": ["reports/writers/texts/comparison.cpp"],
     "sweep": ["reports/writers/texts/sweep.cpp"],
     "catalogue": ["apps/src/commands/catalogue.cpp"],
-    "devices": ["apps/src/commands/devices.cpp"],
+    "devices": ["apps/src/commands/devices.cpp", "apps/src/commands/devices_opencl.cpp"],
 }
 # Keys that all sections may have; the head of the page says what they are.
 COMMON = {"format", "file", "line", "column", "message", "signal", "metric", "value", "unit", "min", "max", "why", "name"}

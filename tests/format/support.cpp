@@ -296,7 +296,7 @@ std::string describe(const Scenario& s) {
   out +=
       fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} model {} group {}\n", static_cast<int>(s.solver),
                   std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
-                  s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
+                  s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.solver_options.work_group_size);
   for (const DeviceSpec& d : s.devices) {
     out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} {} delay {}{}\n", d.name,
                        at(d.rate), at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape),

@@ -53,6 +53,19 @@ TEST_CASE("Each command has four times in their order, and no command ends befor
   }
 }
 
+TEST_CASE("A step gives no more commands than its substeps, a read of the forces and what hands their memory back",
+          "[log]") {
+  TissueScene tissue = small_block();
+  tissue.substeps = 4;
+  const auto solver = make_solver(SolverKind::opencl, scene_of(tissue, 1e-3), logged());
+  solver->step(wandering_tools(0));
+  solver->command_log()->take();
+  solver->step(wandering_tools(1));
+  std::vector<std::string> names;
+  for (const DeviceCommand& command : solver->command_log()->take()) names.emplace_back(command.name);
+  CHECK(names == std::vector<std::string>{"advance", "advance", "advance", "advance", "unmap", "grab_force", "map"});
+}
+
 TEST_CASE("A log changes no bit of what a solver computes", "[log]") {
   for (const Method method : methods()) {
     TissueScene tissue = small_block();

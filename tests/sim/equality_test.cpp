@@ -37,7 +37,7 @@ TEST_CASE(
       block.damping_per_s = damping_per_s;
       const Scene scene = scene_of(block, 1.0 / 450, true);
       const auto cpu = make_solver(SolverKind::cpu_float, scene);
-      const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", work_group_size});
+      const auto opencl = make_solver(SolverKind::opencl, scene, {"", work_group_size});
       INFO("work-group size " << work_group_size << ", damping " << damping_per_s << ", " << opencl->info().device);
       require_equal(*cpu, *opencl, 2, 200);
       CHECK(norm(step(*cpu, 2, wandering_tools(199)).force_N[0]) > 0.1);

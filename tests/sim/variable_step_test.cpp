@@ -101,7 +101,7 @@ TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through 
       for (const double scale : {0.15, 1.0}) {
         const Scene scene = variable(damped(damping_per_s), kNominal_s, true);
         const auto cpu = make_solver(SolverKind::cpu_float, scene);
-        const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", work_group_size});
+        const auto opencl = make_solver(SolverKind::opencl, scene, {"", work_group_size});
         INFO("work-group size " << work_group_size << ", damping " << damping_per_s << ", scale " << scale);
         for (int n = 0; n < 200; ++n) {
           const double step_s = scale * kNominal_s * paper_length(n) * (1 + 0.01 * (n % 7));

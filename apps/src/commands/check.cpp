@@ -22,6 +22,7 @@
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 #include "src/commands.h"
+#include "src/opencl_lines.h"
 #include "src/output.h"
 #include "src/progress.h"
 
@@ -66,6 +67,8 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
   facts.add("scene", describe(scenario.scene), fmt::format("  scene        {}\n", describe(scenario.scene)));
   const std::string stability = stability_lines(scenario);
   facts.add("stability", stability, stability);
+  if (const std::string device = opencl_line(scenario); !device.empty())
+    facts.add("opencl_device", device, fmt::format("  OpenCL       {}\n", device));
   const std::vector<std::string> absent = left_out(scenario.scene);
   facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  not used     {}\n", fmt::join(absent, ", ")));
   if (!std::holds_alternative<ForeignScene>(scenario.scene.body)) return;

@@ -16,12 +16,13 @@
 #include "evenstep/device/inverse3/inverse3_socket.h"
 #include "evenstep/time/build_option.h"
 #include "src/commands.h"
+#include "src/opencl_lines.h"
 
 namespace evenstep::app {
 namespace {
 
 struct DevicesArguments {
-  bool json = false;
+  bool json = false, opencl = false, check = false;
   std::string service;  ///< empty: kUsualService, which is not mentioned if it is not there
 };
 
@@ -216,7 +217,12 @@ bool can_look(const DevicesArguments& arguments) {
   return true;
 }
 
-ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
+ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (arguments.opencl) return opencl_devices_command(arguments.check, arguments.json, interrupted, registry);
+  if (arguments.check) {
+    spdlog::error("error: --check is for --opencl: nothing is done to a haptic device");
+    return ExitCode::usage;
+  }
   if (!can_look(arguments)) return ExitCode::usage;
   std::vector<HidListing> found;
   try {
@@ -252,6 +258,7 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     fmt::print(
         "no HID device is connected (or /sys is not there). Without one: run --clock wall SCENARIO, which simulates it\n");
   }
+  print_opencl_devices();
   return ExitCode::pass;
 }
 
@@ -261,6 +268,11 @@ void add_devices(Commands& commands) {
   auto [command, arguments] = commands.add<DevicesArguments>(
       "devices", "the devices of this machine, what each of them can do, and by which driver", devices);
   command.flag("--json", arguments.json, "the list as JSON instead of text");
+  command.flag("--opencl", arguments.opencl, "only the OpenCL devices, which compute tissue");
+  command.flag(
+      "--check", arguments.check,
+      "with --opencl: run on each of them: the bits against the CPU, steps per second, recordings, ten seconds live; "
+      "a table to send to us");
   command.option("--service", arguments.service, "where a Haply Inverse Service may listen: ws://127.0.0.1:10001");
 }
 

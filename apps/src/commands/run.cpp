@@ -22,6 +22,7 @@
 #include "evenstep/time/build_option.h"
 #include "src/commands.h"
 #include "src/live/watcher.h"
+#include "src/opencl_lines.h"
 #include "src/output.h"
 #include "src/progress.h"
 #include "src/run_annotations.h"
@@ -286,6 +287,7 @@ void introduce(const Scenario& scenario, const std::string& limits, const RunArg
     fmt::print("runs for {:.3g} s; Ctrl-C ends it earlier and keeps what was recorded until then\n",
                seconds(scenario.run_duration));
   fmt::print("{}", limits);
+  if (const std::string device = opencl_line(scenario); !device.empty()) fmt::print("  OpenCL       {}\n", device);
   std::fflush(stdout);
 }
 
@@ -379,6 +381,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   } catch (const SolverError& error) {
     return refuse(file, {refusal_of(scenario, error)}, folder, call);
   }
+  warn_of_idle_gpu(scenario);
   if (!arguments.json) introduce(scenario, limits, arguments);
   RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/beast/http/empty_body.hpp>
@@ -30,9 +31,8 @@ namespace {
 
 namespace http = boost::beast::http;
 
-constexpr std::size_t kMostConnections = 32;  // further ones wait until one ends
+constexpr std::size_t kMostConnections = 32;  // a further one takes the place of the oldest that is no stream
 constexpr std::size_t kLongestRequest = 8192;
-constexpr double kRequestSeconds = 5;   // to send a request, and to read an answer that is no stream
 constexpr double kStalledSeconds = 10;  // a stream that takes nothing for so long has no reader
 constexpr double kGraceSeconds = 0.5;   // for streams to take their last events
 constexpr int kLookMilliseconds = 100;  // how often deadlines are looked at
@@ -185,8 +185,7 @@ void Server::serve() {
 /// Looks at what has happened; returns whether somebody wants to connect.
 bool Server::wait() {
   polled_ = {{wake_.get(), POLLIN, 0}};
-  const bool room = !stopping_ && connections_.size() < kMostConnections;
-  polled_.push_back({room ? listening_.get() : -1, POLLIN, 0});
+  polled_.push_back({stopping_ ? -1 : listening_.get(), POLLIN, 0});
   for (const Connection& connection : connections_) {
     const bool to_send = connection.sent < connection.out.size();
     polled_.push_back({connection.socket.get(), static_cast<short>(POLLIN | (to_send ? POLLOUT : 0)), 0});
@@ -202,12 +201,17 @@ bool Server::wait() {
 }
 
 void Server::accept_all() {
-  while (connections_.size() < kMostConnections) {
+  for (std::size_t n = 0; n < kMostConnections; ++n) {
     Descriptor socket(::accept4(listening_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (socket.get() < 0) return;
     ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+    // There are fewer streams than places. Whoever leaves requests half done keeps nobody out.
+    if (connections_.size() == kMostConnections)
+      connections_.erase(std::find_if(connections_.begin(), connections_.end(), [](const Connection& connection) {
+        return connection.state != Connection::State::stream;
+      }));
     Connection& connection = connections_.emplace_back(std::move(socket));
-    connection.deadline_s = monotonic_seconds() + kRequestSeconds;
+    connection.deadline_s = monotonic_seconds() + options_.request_s;
     connection.parser.header_limit(kLongestRequest);
   }
 }

@@ -4,9 +4,9 @@
 ///
 /// It listens on 127.0.0.1 alone. A request is granted only if it has the token of the page's address, a Host that names
 /// this server (so no name that somebody else points here) and, if it has an Origin, this server's own; no other origin is
-/// allowed to read. A request may be 8 KiB long and take 5 s, and a stream whose reader takes nothing for 10 s ends. At most
-/// kMostStreams are open at a time: a further one gets 503. One thread of ordinary priority does all the work; publish()
-/// waits for no reader.
+/// allowed to read. A request may be 8 KiB long and take 5 s, and less where more than 32 readers want to be served: then
+/// the oldest makes room. A stream whose reader takes nothing for 10 s ends. At most kMostStreams are open at a time: a
+/// further one gets 503. One thread of ordinary priority does all the work; publish() waits for no reader.
 
 #include <cstdint>
 #include <memory>
@@ -21,6 +21,7 @@ struct ScopeServerOptions {
   std::uint16_t port = 0;  ///< 0: a free one
   std::string page;        ///< its HTML
   std::string policy;      ///< its content security policy
+  double request_s = 5;    ///< to send a request, and to read an answer that is no stream
 };
 
 struct ScopeCounts {

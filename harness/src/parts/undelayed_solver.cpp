@@ -35,10 +35,8 @@ UndelayedSolver::UndelayedSolver(const Scenario& scenario, std::size_t tool) : t
   scene.local_model = LocalModel::none;
   scene.variable_step = scene.needs_energy = scene.needs_state_digest = false;
   scene.step_rate = scenario.devices[tool].rate;
-  SolverOptions options;
-  options.work_group_size = scenario.work_group_size;
   try {
-    solver_ = make_solver(scenario.solver, scene, options);
+    solver_ = make_solver(scenario.solver, scene, scenario.solver_options);
   } catch (const SolverError& error) {
     throw run_failure(error);
   }

@@ -138,10 +138,8 @@ class Burn final : public RealVisualization {
 };
 
 std::unique_ptr<RealVisualization> make_burn(const Scenario& scenario) {
-  SolverOptions options;
-  options.work_group_size = scenario.work_group_size;
   try {
-    return std::make_unique<Burn>(make_busy_device(options));
+    return std::make_unique<Burn>(make_busy_device(scenario.solver_options));
   } catch (const SolverError& error) {
     throw run_failure(error);
   }

@@ -1,4 +1,32 @@
-// One substep of symplectic Euler for every cell. Fixed, grabbed and ghost cells stay where they are.
+// One substep of symplectic Euler for every cell. Fixed and ghost cells stay where they are; grabbed ones go with their
+// tool, whose displacement and velocity at the end of the substep are u0, v0 and u1, v1: `mobile` is 2 for those of tool 0
+// and 3 for those of tool 1, whatever the forces on them come to. So a grab needs no launch of its own. Each tool has a
+// condition with nothing but stores in it, which become masked stores (measured: a condition that chooses between the tools
+// keeps the loop over work-items from vectorising, seven times slower).
+#define HOLD(TOOL, U, V)            \
+  if (mobile[i] == 2.0f + (TOOL)) { \
+    new_vx[i] = V.x;                \
+    new_vy[i] = V.y;                \
+    new_vz[i] = V.z;                \
+    next_x[i] = U.x;                \
+    next_y[i] = U.y;                \
+    next_z[i] = U.z;                \
+  }
+#ifdef GRAB0
+#define HOLD0 HOLD(0, u0, v0)
+#else
+#define HOLD0
+#endif
+#ifdef GRAB1
+#define HOLD1 HOLD(1, u1, v1)
+#else
+#define HOLD1
+#endif
+#if defined(GRAB0) || defined(GRAB1)
+#define HOLDING_TOOLS , float4 u0, float4 v0, float4 u1, float4 v1
+#else
+#define HOLDING_TOOLS
+#endif
 #ifdef AXIAL_DAMPING
 #define VELOCITIES READ(v), WRITE(new_v)  // separate arrays, because a neighbour still reads the old velocity
 #else
@@ -25,10 +53,10 @@
 #define FALL(COMPONENT)
 #endif
 __kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* restrict active,
-                      __global const float* restrict mobile MATERIALS TOOLS STEP_ARGUMENTS) {
+                      __global const float* restrict mobile MATERIALS TOOLS HOLDING_TOOLS STEP_ARGUMENTS) {
   const size_t i = get_global_id(0) + FIRST;
   ALL_FORCES
-  // mobile is 1 or 0. It is a factor, because a product cannot become a branch.
+  // For all others mobile is 1 or 0. It is a factor, because a product cannot become a branch.
   const float acceleration = ACCELERATION * inverse_mass[i], h = STEP * mobile[i];
   const float wx = (vx[i] DECAYED + fx * acceleration) FALL(x);
   const float wy = (vy[i] DECAYED + fy * acceleration) FALL(y);
@@ -39,4 +67,5 @@ __kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* r
   next_x[i] = xi + wx * h;
   next_y[i] = yi + wy * h;
   next_z[i] = zi + wz * h;
+  HOLD0 HOLD1
 }

@@ -18,18 +18,3 @@
 // The depth, or 0 outside. A conditional expression would become a branch around the division (measured: seven times
 // slower).
 #define INSIDE(DEPTH) (((DEPTH) + fabs(DEPTH)) * 0.5f)
-
-// Puts a grabbed particle where its tool is at the end of the substep. Entries below `split` belong to tool 0.
-#define GRABS __global const uint* restrict cells, uint count, uint split, float4 u0, float4 v0, float4 u1, float4 v1
-#define PUT_GRABBED(N)                      \
-  {                                         \
-    const uint i = cells[N];                \
-    const float4 u = (N) < split ? u0 : u1; \
-    const float4 v = (N) < split ? v0 : v1; \
-    ux[i] = u.x;                            \
-    uy[i] = u.y;                            \
-    uz[i] = u.z;                            \
-    vx[i] = v.x;                            \
-    vy[i] = v.y;                            \
-    vz[i] = v.z;                            \
-  }

@@ -27,7 +27,7 @@ class TimedSolver final : public Solver {
   explicit TimedSolver(std::vector<std::int64_t> lengths_ns) : lengths_ns_(std::move(lengths_ns)) {}
   VirtualClock clock;
   std::optional<MadeLog> log;
-  std::vector<DeviceCommand> of_each_step;
+  std::vector<DeviceCommand> of_each_step, of_reading;
   std::int64_t steps = 0, interrupt_at = -1, fail_at = -1;
   std::atomic<bool> interrupted{false};
   std::vector<glm::dvec3> positions_m;
@@ -47,7 +47,10 @@ class TimedSolver final : public Solver {
     return 0;
   }
   void reset() override {}
-  ParticleState particle_state() override { return {}; }
+  ParticleState particle_state() override {
+    if (log) log->commands.insert(log->commands.end(), of_reading.begin(), of_reading.end());
+    return {};
+  }
   SolverVerdict verdict() override { return {}; }
   const SolverInfo& info() const override { return info_; }
   CommandLog* command_log() override { return log ? &*log : nullptr; }
@@ -244,11 +247,60 @@ TEST_CASE(
   CHECK(summary.commands[1].waits_queued_ns == 15'000);
   CHECK(summary.commands[1].waits_submitted_ns == 380'000);
   CHECK(summary.commands[1].runs_ns == 200'000);
-  CHECK(commands_csv(recording).substr(0, 120) ==
-        std::string("segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n0,0,advance,0,10000,100000,500000\n"
-                    "0,0,force,5000,20000,400000,600000\n")
-            .substr(0, 120));
-  CHECK_THAT(record_table(summary, recording), Contains("host - device") && Contains("advance"));
+  CHECK_THAT(commands_csv(recording),
+             Catch::StartsWith("segment,kind,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n"
+                               "0,step,0,advance,0,10000,100000,500000\n"
+                               "0,step,0,force,5000,20000,400000,600000\n"));
+  CHECK_THAT(record_table(summary, recording),
+             Contains("host - device") && Contains("advance") && !Contains("visualization: ") && !Contains("trusted"));
+}
+
+TEST_CASE("What a drawing reads from the device belongs to the drawing, and not to the step after it") {
+  struct ReadingDrawing final : Visualization {
+    explicit ReadingDrawing(TimedSolver& read) : solver(read) {}
+    void begins(Duration, const DrawingPart&) override {}
+    void run() override {
+      solver.particle_state();
+      solver.clock.wait_until(solver.clock.now() + Duration{2'000'000});
+    }
+    TimedSolver& solver;
+  };
+  TimedSolver solver({1'000'000});
+  solver.log.emplace();
+  solver.of_reading = {command("read", 1'000'000, 1'010'000, 1'020'000, 1'050'000),
+                       command("read", 1'050'000, 1'060'000, 1'070'000, 1'100'000)};
+  solver.of_each_step = {command("advance", 3'000'000, 3'010'000, 3'020'000, 3'500'000),
+                         command("read", 3'500'000, 3'510'000, 3'520'000, 3'900'000)};
+  ReadingDrawing drawing(solver);
+  const SolverRecording recording =
+      record_solver(scenario_with(), solver, solver.clock, {.length = Duration{30'000'000}, .visualization = &drawing});
+  const RecordSummary summary = summarize(recording);
+  CHECK(summary.steps_on_device == 6);
+  CHECK(summary.span.max == 900'000);  // counted into the first step, the drawing's commands would make it 2.9 ms
+  CHECK(summary.beyond.p50 == 100'000);
+  CHECK(summary.steps_beyond_host == 0);
+  REQUIRE(summary.commands.size() == 2);
+  CHECK(summary.commands[1].name == "read");
+  CHECK(summary.commands[1].count == 6);
+  REQUIRE(summary.drawing_commands.size() == 1);
+  CHECK(summary.drawing_commands[0].count == 2 * 3);
+  CHECK(summary.drawing_span.max == 100'000);
+  CHECK(summary.drawing_busy.max == 60'000);
+  CHECK_THAT(commands_csv(recording),
+             Contains("\n0,visualization,0,read,50000,60000,70000,100000\n0,step,0,advance,2000000,"));
+  CHECK_THAT(record_table(summary, recording), Contains("visualization: read") && !Contains("trusted"));
+}
+
+TEST_CASE("A step that is longer on the device than on the host is said: one of the two times is wrong") {
+  TimedSolver solver({1'000'000});
+  solver.log.emplace();
+  solver.of_each_step = {command("advance", 1'000'000, 1'010'000, 1'020'000, 2'250'000)};
+  const SolverRecording recording = recorded(solver, scenario_with());
+  const RecordSummary summary = summarize(recording);
+  CHECK(summary.steps_beyond_host == 6);
+  CHECK(summary.beyond_host_max_ns == 250'000);
+  CHECK_THAT(record_table(summary, recording),
+             Contains("not to be trusted: 6 of 6 steps took longer on the device") && Contains("up to 0.2500 ms more"));
 }
 
 TEST_CASE("Commands whose times are missing or not in order are left out and counted, whatever the driver says") {
@@ -284,7 +336,7 @@ TEST_CASE("Without a device the table has host times alone, and no file of comma
   CHECK(summary.steps_on_device == 0);
   CHECK(summary.host.p50 == 4'000'000);
   CHECK_THAT(record_table(summary, recording), !Contains("device"));
-  CHECK(commands_csv(recording) == "segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n");
+  CHECK(commands_csv(recording) == "segment,kind,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n");
 }
 
 TEST_CASE("The head of a recording names device, driver, host, load, clock and date, a line each, whatever they contain") {
@@ -322,6 +374,7 @@ TEST_CASE("On this machine's clock and OpenCL a recording has the scene's steps,
   const RecordSummary summary = summarize(recording);
   CHECK(summary.commands_without_times == 0);
   CHECK(summary.steps_on_device == static_cast<std::int64_t>(steps));
+  CHECK(summary.steps_beyond_host == 0);
   for (const RecordedCommand& one : recording.commands) of_step += one.segment == 0 && one.step == 0;
   CHECK(recording.commands.size() == steps * of_step);
 }

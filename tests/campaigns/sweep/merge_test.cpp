@@ -77,6 +77,19 @@ TEST_CASE("More parts than a process may open merge to the bytes of one process 
                                                          "shards 3, 1234 of 2000 are missing"));
 }
 
+TEST_CASE("A folder in the place of its parts is refused with their names") {
+  const testing::TemporaryFolder folder, empty;
+  const std::vector<std::string> parts = generate(folder, header_of(10), 2, nullptr);
+  const SweepOutcome merged = merge_sweep({folder.path().string()}, folder / "merged.jsonl");
+  CHECK(merged.exit == ExitCode::usage);
+  REQUIRE(merged.errors.size() == 1);
+  CHECK_THAT(merged.errors[0].message,
+             Catch::EndsWith("it is a folder; give the files of the parts in it: " + parts[0] + " " + parts[1]));
+  const SweepOutcome none = merge_sweep({empty.path().string()}, folder / "merged.jsonl");
+  REQUIRE(none.errors.size() == 1);
+  CHECK_THAT(none.errors[0].message, Catch::Contains("none of its files ends with .jsonl"));
+}
+
 TEST_CASE("Ten million points of ten thousand shards merge in half a gigabyte of memory", "[million]") {
   const testing::TemporaryFolder folder;
   const SweepHeader header = header_of(10'000'000);

@@ -15,7 +15,7 @@ TEST_CASE("On Oclgrind forces, digest and energy are those of cpu float, bit for
   block.tools = {{glm::dvec3(0, 0, 2) * block.spacing_m, 4e-3}, {glm::dvec3(2, 2, 2) * block.spacing_m, 6e-3}};
   const Scene scene = scene_of(block, 1.0 / 450, true);
   const auto cpu = make_solver(SolverKind::cpu_float, scene);
-  const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", 64});
+  const auto opencl = make_solver(SolverKind::opencl, scene, {"", 64});
   REQUIRE(opencl->info().device.find("Oclgrind") != std::string::npos);
   for (int n = 0; n < 10; ++n) {
     INFO("step " << n);

@@ -90,7 +90,6 @@ class Measurement {
   Measurement(const Scenario& scenario, const CostOptions& options)
       : scenario_(scenario), options_(options), plans_(plan(scenario)), scene_(scenario.scene), path_(path_of(scenario)) {
     scene_.variable_step = traits_of(scenario.live).varies_step;
-    solver_options_.work_group_size = scenario.work_group_size;
   }
 
   CostReport report() {
@@ -112,7 +111,7 @@ class Measurement {
     announce(part);
     return report_.parts.emplace_back(PartCost{.part = part, .is_kept = is_kept, .why = why});
   }
-  Side side(const Scene& scene) const { return {make_solver(scenario_.solver, scene, solver_options_), scene}; }
+  Side side(const Scene& scene) const { return {make_solver(scenario_.solver, scene, scenario_.solver_options), scene}; }
 
   void libraries() {
     // Once per process, because after that the process itself has opened OpenCL.
@@ -170,7 +169,8 @@ class Measurement {
     scene.variable_step |= cost.part == "variable step";
     scene.needs_state_digest |= cost.part == "state digest";
     try {
-      Side with{make_solver_with(cost.part, scenario_.solver, scene_, solver_options_), scene}, without = side(scene_);
+      Side with{make_solver_with(cost.part, scenario_.solver, scene_, scenario_.solver_options), scene},
+          without = side(scene_);
       if (with.solver) return put_pairs(step_pairs(with, without, path_, options_), cost);
       cost.why = is_tissue(scenario_) ? "not measured: with it, it would be another scene" : "a scene of this kind has none";
     } catch (const SolverError& error) {
@@ -179,7 +179,7 @@ class Measurement {
   }
 
   void opencl_or_cpu() {
-    Side with = side(scene_), without{make_solver(SolverKind::cpu_float, scene_, solver_options_), scene_};
+    Side with = side(scene_), without{make_solver(SolverKind::cpu_float, scene_, scenario_.solver_options), scene_};
     put_pairs(step_pairs(with, without, path_, options_), add("OpenCL instead of cpu", true, "solver = \"opencl\""));
   }
 
@@ -317,7 +317,6 @@ class Measurement {
   std::vector<StrategyPlan> plans_;
   Scene scene_;  // as the live strategy's solver has it
   ToolPath path_;
-  SolverOptions solver_options_;
   Scenario short_;
   CostReport report_;
 };

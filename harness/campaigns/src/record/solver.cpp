@@ -90,6 +90,7 @@ class Recorder {
     if (control_.visualization) {
       control_.visualization->begins(length, programmed.drawing);
       control_.visualization->run();
+      mark_commands(std::nullopt);
       timing.visualized(clock_.now() - began, control_.visualization->finished());
     } else if (!wait_until(began + length)) {
       return false;
@@ -117,8 +118,13 @@ class Recorder {
     step_.run();
     made.steps.push_back({called, clock_.now()});
     ++steps_;
-    if (log_) commands_after_step_.push_back({log_->size(), recording_.segments.size(), made.steps.size() - 1});
+    mark_commands(made.steps.size() - 1);
     return true;
+  }
+
+  /// All commands since the last mark belong to this step, or to the visualization.
+  void mark_commands(std::optional<std::size_t> step) {
+    if (log_) marks_.push_back({log_->size(), recording_.segments.size(), step});
   }
 
   /// Asks for the times of the commands since the last call, outside of steps, because that takes time itself.
@@ -126,7 +132,7 @@ class Recorder {
     if (!log_) return;
     const std::vector<DeviceCommand> taken = log_->take();
     std::size_t next = 0;
-    for (const auto& [until, segment, step] : commands_after_step_) {
+    for (const auto& [until, segment, step] : marks_) {
       for (; next < until; ++next) {
         if (recording_.commands.size() < kMostRecordedCommands)
           recording_.commands.push_back({segment, step, taken[next]});
@@ -134,7 +140,7 @@ class Recorder {
           ++recording_.commands_over_limit;
       }
     }
-    commands_after_step_.clear();
+    marks_.clear();
   }
 
   void drop_last() {
@@ -143,9 +149,10 @@ class Recorder {
     while (!commands.empty() && commands.back().segment >= recording_.segments.size()) commands.pop_back();
   }
 
-  struct AfterStep {
+  struct Mark {
     std::size_t commands;  // of the log
-    std::size_t segment, step;
+    std::size_t segment;
+    std::optional<std::size_t> step;
   };
 
   const Scenario& scenario_;
@@ -154,7 +161,7 @@ class Recorder {
   CommandLog* log_;
   SolverStep step_;
   SolverRecording recording_;
-  std::vector<AfterStep> commands_after_step_;
+  std::vector<Mark> marks_;
   std::size_t steps_ = 0;
   RealTime last_begin_{-1};
   bool waits_ = false;  // for the begin of the segment
@@ -173,8 +180,7 @@ std::string record_objection(const Scenario& scenario) {
 }
 
 std::unique_ptr<Solver> make_recorded_solver(const Scenario& scenario, bool log_commands) {
-  SolverOptions options;
-  options.work_group_size = scenario.work_group_size;
+  SolverOptions options = scenario.solver_options;
   options.log_commands = log_commands;
   try {
     return make_solver(scenario.solver, recorded_scene(scenario), options);

@@ -47,34 +47,10 @@ struct OnDevice {
   }
 };
 
-/// What is known of the steps' commands while they are read.
-class DeviceSums {
+/// Their times by name.
+class NamedCommands {
  public:
-  void add(const SolverRecording& recording, RecordSummary& summary) {
-    const auto& commands = recording.commands;
-    for (std::size_t at = 0; at < commands.size();) {
-      const std::size_t segment = commands[at].segment, step = commands[at].step;
-      OnDevice one;
-      for (; at < commands.size() && commands[at].segment == segment && commands[at].step == step; ++at) {
-        if (has_times(commands[at].command)) {
-          one.add(commands[at].command);
-          by_name(commands[at].command);
-        } else {
-          ++summary.commands_without_times;
-        }
-      }
-      if (one.any) add_step(recording.segments[segment].steps[step], one);
-    }
-    put(summary);
-  }
-
- private:
-  struct OfName {
-    std::string name;
-    std::vector<std::int64_t> queued, submitted, runs;
-  };
-
-  void by_name(const DeviceCommand& command) {
+  void add(const DeviceCommand& command) {
     const auto [place, added] = index_.try_emplace(command.name, names_.size());
     if (added) names_.push_back({std::string(command.name), {}, {}, {}});
     OfName& of = names_[place->second];
@@ -82,13 +58,59 @@ class DeviceSums {
     of.submitted.push_back(length_ns(command.submitted_ns, command.started_ns));
     of.runs.push_back(length_ns(command.started_ns, command.ended_ns));
   }
+  std::vector<CommandSummary> take() {
+    std::vector<CommandSummary> all;
+    for (OfName& of : names_) {
+      all.push_back({of.name, static_cast<std::int64_t>(of.runs.size()), spread_of(std::move(of.queued)).p50,
+                     spread_of(std::move(of.submitted)).p50, spread_of(std::move(of.runs)).p50});
+    }
+    return all;
+  }
 
-  void add_step(const Interval& host, const OnDevice& device) {
-    const std::int64_t span = length_ns(device.queued_ns, device.ended_ns);
+ private:
+  struct OfName {
+    std::string name;
+    std::vector<std::int64_t> queued, submitted, runs;
+  };
+  std::map<std::string_view, std::size_t> index_;
+  std::vector<OfName> names_;
+};
+
+/// What is known of the commands while they are read.
+class DeviceSums {
+ public:
+  void add(const SolverRecording& recording, RecordSummary& summary) {
+    const auto& commands = recording.commands;
+    for (std::size_t at = 0; at < commands.size();) {
+      const std::size_t segment = commands[at].segment;
+      const std::optional<std::size_t> step = commands[at].step;
+      OnDevice one;
+      for (; at < commands.size() && commands[at].segment == segment && commands[at].step == step; ++at) {
+        if (has_times(commands[at].command)) {
+          one.add(commands[at].command);
+          (step ? of_steps_ : of_drawings_).add(commands[at].command);
+        } else {
+          ++summary.commands_without_times;
+        }
+      }
+      if (one.any && step) add_step(recording.segments[segment].steps[*step], one, summary);
+      if (one.any && !step) {
+        drawing_spans_.push_back(length_ns(one.queued_ns, one.ended_ns));
+        drawing_busy_.push_back(one.busy_ns);
+      }
+    }
+    put(summary);
+  }
+
+ private:
+  void add_step(const Interval& host, const OnDevice& device, RecordSummary& summary) {
+    const std::int64_t span = length_ns(device.queued_ns, device.ended_ns), rest = (host.end - host.begin).ns - span;
     spans_.push_back(span);
     busy_.push_back(device.busy_ns);
     waiting_.push_back(span - device.busy_ns);
-    beyond_.push_back((host.end - host.begin).ns - span);
+    beyond_.push_back(rest);
+    if (rest < 0) ++summary.steps_beyond_host;
+    summary.beyond_host_max_ns = std::max(summary.beyond_host_max_ns, -rest);
     if (spans_.size() == 1) first_host_ = host.end, first_ended_ns_ = device.ended_ns;
     last_host_ = host.end, last_ended_ns_ = device.ended_ns;
   }
@@ -99,19 +121,18 @@ class DeviceSums {
     summary.busy = spread_of(std::move(busy_));
     summary.waiting = spread_of(std::move(waiting_));
     summary.beyond = spread_of(std::move(beyond_));
-    for (OfName& of : names_) {
-      summary.commands.push_back({of.name, static_cast<std::int64_t>(of.runs.size()), spread_of(std::move(of.queued)).p50,
-                                  spread_of(std::move(of.submitted)).p50, spread_of(std::move(of.runs)).p50});
-    }
+    summary.commands = of_steps_.take();
+    summary.drawing_span = spread_of(std::move(drawing_spans_));
+    summary.drawing_busy = spread_of(std::move(drawing_busy_));
+    summary.drawing_commands = of_drawings_.take();
     const double host_ns = static_cast<double>((last_host_ - first_host_).ns);
     if (host_ns < 1e9) return;
     const double device_ns = static_cast<double>(last_ended_ns_) - static_cast<double>(first_ended_ns_);
     summary.faster_ppm = 1e6 * (device_ns - host_ns) / host_ns;
   }
 
-  std::map<std::string_view, std::size_t> index_;
-  std::vector<OfName> names_;
-  std::vector<std::int64_t> spans_, busy_, waiting_, beyond_;
+  NamedCommands of_steps_, of_drawings_;
+  std::vector<std::int64_t> spans_, busy_, waiting_, beyond_, drawing_spans_, drawing_busy_;
   RealTime first_host_, last_host_;
   std::uint64_t first_ended_ns_ = 0, last_ended_ns_ = 0;
 };
@@ -137,19 +158,29 @@ std::string spread_row(std::string_view what, const Spread& spread) {
                      milliseconds(spread.max));
 }
 
+std::string command_rows(const std::vector<CommandSummary>& commands, std::string_view of) {
+  std::string text;
+  for (const CommandSummary& command : commands) {
+    text += fmt::format("{:<26}{:>12}{:>12}{:>12}{:>12}\n", fmt::format("{}{}", of, command.name), command.count,
+                        milliseconds(command.waits_queued_ns), milliseconds(command.waits_submitted_ns),
+                        milliseconds(command.runs_ns));
+  }
+  return text;
+}
+
 std::string device_rows(const RecordSummary& summary) {
   std::string text = spread_row("device: first queued to last ended", summary.span);
   text += spread_row("  of it a command runs", summary.busy);
   text += spread_row("  of it none runs", summary.waiting);
   text += spread_row("host - device", summary.beyond);
   text += fmt::format("\n{:<26}{:>12}{:>12}{:>12}{:>12}\n", "command, p50 in ms", "count", "queued", "submitted", "runs");
-  for (const CommandSummary& command : summary.commands) {
-    text +=
-        fmt::format("{:<26}{:>12}{:>12}{:>12}{:>12}\n", command.name, command.count, milliseconds(command.waits_queued_ns),
-                    milliseconds(command.waits_submitted_ns), milliseconds(command.runs_ns));
-  }
+  text += command_rows(summary.commands, "") + command_rows(summary.drawing_commands, "visualization: ");
   if (summary.faster_ppm != 0)
     text += fmt::format("the device's clock against the host's: {:+.1f} ppm\n", summary.faster_ppm);
+  if (summary.steps_beyond_host > 0)
+    text += fmt::format(
+        "not to be trusted: {} of {} steps took longer on the device than the host waited for them, up to {} ms more\n",
+        summary.steps_beyond_host, summary.steps_on_device, milliseconds(summary.beyond_host_max_ns));
   return text;
 }
 
@@ -214,7 +245,7 @@ std::string head_text(const RecordHead& head, const Scenario& scenario, const So
 }
 
 std::string commands_csv(const SolverRecording& recording) {
-  std::string csv = "segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n";
+  std::string csv = "segment,kind,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n";
   const auto known = [](const RecordedCommand& one) { return has_times(one.command); };
   const auto first = std::find_if(recording.commands.begin(), recording.commands.end(), known);
   if (first == recording.commands.end()) return csv;
@@ -222,8 +253,9 @@ std::string commands_csv(const SolverRecording& recording) {
   const auto since = [&](std::uint64_t ns) { return static_cast<std::int64_t>(ns) - zero; };
   for (const auto& [segment, step, command] : recording.commands) {
     if (!has_times(command)) continue;
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{}\n", segment, step, command.name, since(command.queued_ns),
-                   since(command.submitted_ns), since(command.started_ns), since(command.ended_ns));
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{}\n", segment, step ? "step" : "visualization",
+                   step.value_or(0), command.name, since(command.queued_ns), since(command.submitted_ns),
+                   since(command.started_ns), since(command.ended_ns));
   }
   return csv;
 }
@@ -234,7 +266,12 @@ std::string record_table(const RecordSummary& summary, const SolverRecording& re
                   summary.steps, seconds(summary.length), recording.interrupted ? ", interrupted" : "");
   if (summary.visualizations > 0) {
     text += fmt::format("{:<38}{:>12}{:>12}{:>12}\n", "per visualization, ms", "p50", "p99", "max");
-    text += spread_row("host: from its begin to its end", summary.visualization) + "\n";
+    text += spread_row("host: from its begin to its end", summary.visualization);
+    if (!summary.drawing_commands.empty()) {
+      text += spread_row("device: first queued to last ended", summary.drawing_span);
+      text += spread_row("  of it a command runs", summary.drawing_busy);
+    }
+    text += "\n";
   }
   text += fmt::format("{:<38}{:>12}{:>12}{:>12}\n", "per step, ms", "p50", "p99", "max");
   text += spread_row("host: call to forces", summary.host);

@@ -2,13 +2,31 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // fmt::join, since fmt 11
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
+#include <vector>
 
 namespace evenstep::internal {
+namespace {
+
+/// Where a folder was given for a file: the files of parts in it.
+std::string files_in(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code gone;
+  for (std::filesystem::directory_iterator at(folder, gone), end; !gone && at != end; at.increment(gone))
+    if (at->path().extension() == ".jsonl") files.push_back(at->path().string());
+  std::sort(files.begin(), files.end());
+  if (files.empty()) return "it is a folder, and none of its files ends with .jsonl";
+  return fmt::format("it is a folder; give the files of the parts in it: {}", fmt::join(files, " "));
+}
+
+}  // namespace
 
 bool PartLines::read_piece() {
   buffer_.erase(0, begin_);
@@ -22,7 +40,7 @@ bool PartLines::read_piece() {
   while (count < 0 && errno == EINTR);
   const int error = errno;
   ::close(file);
-  if (count < 0) throw std::runtime_error(fmt::format("cannot be read: {}", std::strerror(error)));
+  if (count < 0) throw std::runtime_error("cannot be read: " + (error == EISDIR ? files_in(path_) : std::strerror(error)));
   buffer_.resize(kept + static_cast<std::size_t>(count));
   offset_ += count;
   return count > 0;

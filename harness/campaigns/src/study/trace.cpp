@@ -84,9 +84,7 @@ std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyR
   scene.needs_state_digest = false;
   scene.variable_step = false;
   scene.local_model = LocalModel::none;
-  SolverOptions options;
-  options.work_group_size = scenario.work_group_size;
-  return make_solver(run.solver, scene, options);
+  return make_solver(run.solver, scene, scenario.solver_options);
 }
 
 StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step,

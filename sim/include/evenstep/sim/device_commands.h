@@ -31,6 +31,7 @@ struct OpenClDescription {
   std::int64_t compute_units = 0;
   std::int64_t clock_MHz = 0;            ///< the highest that is configured
   std::int64_t timer_resolution_ns = 0;  ///< of the times of its commands
+  std::int64_t memory_bytes = 0;
 };
 
 }  // namespace evenstep

@@ -145,10 +145,12 @@ class Solver {
 };
 
 struct SolverOptions {
-  std::string opencl_platform;  ///< part of the platform's name; empty = PoCL if it is there, otherwise the first
-  std::string opencl_device;    ///< part of the device's name; empty = the first
-  int work_group_size = 64;     ///< a divisor of 256; results do not depend on it
-  bool log_commands = false;    ///< OpenCL keeps the times of its commands; results do not depend on it
+  // Results do not depend on any of these.
+  std::string
+      opencl_device;  ///< part of the name of a device or of its platform; empty: see choose_opencl (opencl_devices.h)
+  int work_group_size = 64;   ///< a divisor of 256
+  bool log_commands = false;  ///< OpenCL keeps the times of its commands
+  bool prefer_gpu = false;    ///< where opencl_device is empty: a GPU before PoCL
 };
 
 /// Throws SolverError for: no platform (naming the package to install), out of memory (naming the size needed and the size

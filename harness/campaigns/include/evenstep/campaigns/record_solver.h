@@ -28,8 +28,10 @@ namespace evenstep {
 inline constexpr std::size_t kMostRecordedSteps = 5'000'000;     ///< then the recording ends: about 200 MB of timing.csv
 inline constexpr std::size_t kMostRecordedCommands = 4'000'000;  ///< further ones are only counted
 
+/// Belongs to what asked for it: a step, or a visualization that reads the solver.
 struct RecordedCommand {
-  std::size_t segment = 0, step = 0;  ///< of SolverRecording::segments, and of its steps
+  std::size_t segment = 0;          ///< of SolverRecording::segments
+  std::optional<std::size_t> step;  ///< of its steps; none: its visualization
   DeviceCommand command;
 };
 
@@ -75,11 +77,16 @@ struct RecordSummary {
   Spread visualization;  ///< per visualization
   // Of the steps that gave commands to a device. Lengths alone are compared, so it does not matter where its clock begins.
   std::int64_t steps_on_device = 0;
+  /// Of them, those whose span is longer than the host's step, and by how much at most. It lies in the step, so these are
+  /// commands of something else, or clocks that do not agree.
+  std::int64_t steps_beyond_host = 0, beyond_host_max_ns = 0;
   Spread span;     ///< from the first command queued to the last one ended
   Spread busy;     ///< time in which a command ran; where commands overlap it counts once
   Spread waiting;  ///< time of the span in which none ran
   Spread beyond;   ///< host time - span: before the first command and after the last one; below 0 where the clocks disagree
-  std::vector<CommandSummary> commands;     ///< in the order in which they first came
+  std::vector<CommandSummary> commands;  ///< of the steps, in the order in which they first came
+  Spread drawing_span, drawing_busy;     ///< the same of the visualizations that gave commands to the device
+  std::vector<CommandSummary> drawing_commands;
   std::int64_t commands_without_times = 0;  ///< whose four times are missing or not in order: left out of all of the above
   /// By how much the device's clock is faster than the host's, in parts per million, from the first step to the last; 0 if
   /// that is less than a second.
@@ -108,8 +115,8 @@ struct RecordHead {
 /// The lines before the header of timing.csv, each beginning with "# ".
 std::string head_text(const RecordHead& head, const Scenario& scenario, const SolverInfo& info,
                       const SolverRecording& recording);
-/// The commands, a row each: segment,index,name,queued_ns,submitted_ns,started_ns,ended_ns. `index` is that of the step in
-/// its segment, as in timing.csv. Times count from when the first of the commands was queued.
+/// The commands, a row each: segment,kind,index,name,queued_ns,submitted_ns,started_ns,ended_ns. The first three name the
+/// row of timing.csv that asked for it. Times count from when the first of the commands was queued.
 std::string commands_csv(const SolverRecording& recording);
 /// The table for the person who recorded.
 std::string record_table(const RecordSummary& summary, const SolverRecording& recording);

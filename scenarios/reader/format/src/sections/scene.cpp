@@ -292,7 +292,8 @@ void read_scene(ScenarioReading& reading) {
   scene.local_model = local_model == "settled"         ? LocalModel::settled
                       : local_model == "instantaneous" ? LocalModel::instantaneous
                                                        : LocalModel::none;
-  reading.scenario.work_group_size = static_cast<int>(table.integer("work_group_size"));
+  reading.scenario.solver_options.work_group_size = static_cast<int>(table.integer("work_group_size"));
+  if (table.has("opencl_device")) reading.scenario.solver_options.opencl_device = table.text("opencl_device");
 }
 
 // A key is a few full lines.
@@ -395,6 +396,10 @@ const std::vector<Field>& scene_fields() {
       {.table = "scene", .key = "work_group_size", .forms = kInteger, .default_toml = "64",
        .meaning = "OpenCL work items per group; results do not depend on it.",
        .kinds = "tissue", .range = between(1, 4096)},
+      {.table = "scene", .key = "opencl_device", .forms = kText,
+       .meaning = "A part of the name of the OpenCL device, or of its platform; results do not depend on it. Default: PoCL "
+                  "where it is installed (`record`: a GPU where there is one). `evenstep devices --opencl` lists them.",
+       .kinds = "tissue", .example = "\"NVIDIA\""},
       {.table = "scene.regions", .key = "min", .forms = kQuantity, .shape = Shape::three,
        .meaning = "Corner of the box, in the block's coordinates at rest: the origin is the block's minimum corner.",
        .required = true, .dimension = D::length, .example = "[\"0 mm\", \"0 mm\", \"0 mm\"]"},

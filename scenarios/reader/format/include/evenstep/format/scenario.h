@@ -28,6 +28,7 @@
 #include "evenstep/scheduler/source_timing.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/sim/scene.h"
+#include "evenstep/sim/solver.h"
 #include "evenstep/text/diagnostic.h"
 #include "evenstep/text/quantity.h"
 #include "evenstep/time/result.h"
@@ -333,7 +334,7 @@ struct Scenario {
   Place solver_place;  ///< where it is named, or could be
   Scene scene;
   Place scene_place;  ///< where its kind is named, or could be; of a foreign scene its name
-  int work_group_size = 64;
+  SolverOptions solver_options;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
   PlayingSpec playing;

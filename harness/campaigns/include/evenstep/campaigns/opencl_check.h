@@ -1,0 +1,45 @@
+#pragma once
+/// What somebody with a GPU runs once and sends to us: whether every OpenCL device of a machine computes the bits of the CPU
+/// solver, how fast, and what its recordings and a live run look like. `evenstep devices --opencl --check`.
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "evenstep/campaigns/record_solver.h"
+#include "evenstep/format/reader.h"
+#include "evenstep/sim/opencl_devices.h"
+
+namespace evenstep {
+
+struct OpenClCheckOptions {
+  /// Reads one of evenstep's own scenarios, with these overrides.
+  std::function<ReadResult(const std::string& file, const std::vector<std::string>& set)> read;
+  std::vector<std::array<int, 3>> lattices{
+      {10, 10, 10}, {27, 27, 28}, {46, 46, 47}, {79, 79, 80}};  ///< whose steps are timed
+  Duration timed{1'000'000'000};                                ///< steps of each size
+  Duration recorded{5'000'000'000};                             ///< each recording
+  Duration live{10'000'000'000};                                ///< the live run
+  std::vector<std::string> overrides = {};                      ///< of every scenario that is read: a smaller one, for tests
+  std::function<void(const std::string& what)> progress = {};
+  const std::atomic<bool>* interrupted = nullptr;
+};
+
+struct OpenClCheckRow {
+  enum class State { found, differs, missing };
+  std::string what, text;  ///< text: what was found, or why nothing could be
+  State state = State::found;
+};
+struct OpenClCheck {
+  OpenClListed device;
+  OpenClDescription description;  ///< empty where it does not say
+  std::vector<OpenClCheckRow> rows;
+  bool any(OpenClCheckRow::State state) const;
+};
+
+OpenClCheck check_opencl(const OpenClListed& device, const OpenClCheckOptions& options);
+/// A table in Markdown, to be pasted.
+std::string check_table(const std::vector<OpenClCheck>& checks, const RecordedMachine& machine);
+
+}  // namespace evenstep
