@@ -115,7 +115,8 @@ TEST_CASE("An overlap of a microsecond is rounding: the shorter way is taken, an
   CHECK(within.clipped.count == 0);
 }
 
-TEST_CASE("A step of a thread that holds a picture and another step has lost its end; one that holds steps alone has not") {
+TEST_CASE(
+    "A step of a thread that holds a picture and another step has lost its end, and one that holds steps alone has not") {
   const Profile lost = trace_of(json_of({{"X", "draw", 0, 10},
                                          {"X", "step", 10, 9000},
                                          {"X", "step", 20, 5},
@@ -136,7 +137,7 @@ TEST_CASE("A step of a thread that holds a picture and another step has lost its
   CHECK(whole.segments[0].steps[0].end.ns == 25'000);
 }
 
-TEST_CASE("A picture that holds a step and another picture has lost its end; one that holds steps alone has not") {
+TEST_CASE("A picture that holds a step and another picture has lost its end, and one that holds steps alone has not") {
   const AssignedRoles lost = assigned_of(trace_of(json_of(
       {{"X", "draw", 0, 9000}, {"X", "step", 10, 5}, {"X", "draw", 30, 10}, {"X", "step", 40, 5}, {"X", "draw", 60, 10}})));
   CHECK(lost.clipped == 1);
@@ -172,7 +173,7 @@ TEST_CASE("Of equal events one is kept") {
   CHECK(left_out_text(profile.left_out) == "2 intervals that are there twice");
 }
 
-TEST_CASE("A begin or end of a thread whose time goes back is left out; complete events may come in any order") {
+TEST_CASE("A begin or end of a thread whose time goes back is left out, and complete events may come in any order") {
   const Profile profile = trace_of(json_of({{"B", "a", 100}, {"B", "b", 50}, {"E", "b", 60}, {"E", "a", 200}}));
   CHECK(intervals_text(profile) == "a 100 200\n");
   CHECK(left_out_text(profile.left_out) == "2 begins and ends whose time goes back, the first: b");

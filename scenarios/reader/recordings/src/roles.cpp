@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "profiles/expression.h"
+#include "expression.h"
 
 namespace evenstep {
 namespace {
