@@ -19,6 +19,13 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
   interrupted = true;
 }
 
+/// Where steps are so short that 20 ms have very many, an interrupt must not wait for all of these.
+Duration slice_of(const Scenario& scenario) {
+  constexpr std::int64_t kMostSteps = 10'000;
+  const Duration step = scenario.timing.programmed.step.value_or(kRunSlice);
+  return step.ns > 0 && step.ns < kRunSlice.ns / kMostSteps ? step * kMostSteps : kRunSlice;
+}
+
 StrategyRecord record_until(StrategyLanes& lanes, Scheduler& scheduler, RealTime end) {
   StrategyRecord record = lanes.finish(end);
   record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
@@ -70,10 +77,9 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
 }
 
 SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
-                        const std::function<void(RealTime until)>& after_slice) {
-  constexpr Duration kSlice{20'000'000};  // 20 ms: short enough that an interrupt seems immediate on both clocks
+                        const std::function<void(RealTime until)>& after_slice, Duration slice) {
   SlicedRun run;
-  for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
+  for (RealTime until = RealTime{0} + slice;; until = until + slice) {
     run.reached = std::min(until, end);
     run.status = scheduler.run(run.reached);
     if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped) break;
@@ -110,8 +116,9 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   control_in_time.interrupted_by_scenario = &interrupted;
   if (scenario.interrupt) scheduler.spawn(signal_lane(scheduler, RealTime{scenario.interrupt->ns}, interrupted));
   lanes.spawn(scheduler, scheduler);
-  const SlicedRun run = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time,
-                                      [&](RealTime) { lanes.take_events(scheduler); });
+  const SlicedRun run = run_in_slices(
+      scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time,
+      [&](RealTime) { lanes.take_events(scheduler); }, slice_of(scenario));
   try {
     throw_if_failed(run.status, name_of(plan.kind), lanes.steps());
   } catch (RunFailure& failure) {

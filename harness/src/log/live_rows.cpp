@@ -7,18 +7,19 @@
 #include <string_view>
 #include <utility>
 
+#include "evenstep/harness/strategy_run.h"
+
 namespace evenstep::internal {
 namespace {
 
 /// How often the rings are emptied.
 constexpr Duration kLookForSlices{5'000'000};
-constexpr Duration kSliceLength{20'000'000};  // run_in_slices
 /// Steps may be shorter than programmed (step = "real"); a slice of more of them allocates, which delays no tick.
 constexpr std::size_t kStepsOfProgrammed = 4;
 constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if it has a single step
 
 std::size_t per_slice(Rate rate) {
-  return static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{0} + kSliceLength)) + 2;
+  return static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{0} + kRunSlice)) + 2;
 }
 
 /// Uses the memory once, so that no tick is the first to touch a page.

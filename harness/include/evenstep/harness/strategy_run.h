@@ -64,9 +64,10 @@ struct SlicedRun {
   bool interrupted = false;  ///< before its end
   RealTime reached;          ///< everything before it has happened
 };
+inline constexpr Duration kRunSlice{20'000'000};  ///< 20 ms: short enough that an interrupt seems immediate on both clocks
 /// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown. `after_slice` is called at
 /// the end of each slice that did not fail: all events before `until` have run.
 SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
-                        const std::function<void(RealTime until)>& after_slice = {});
+                        const std::function<void(RealTime until)>& after_slice = {}, Duration slice = kRunSlice);
 
 }  // namespace evenstep
