@@ -1290,7 +1290,8 @@ case_size_of_every_schedule_within_bounds() {
   local bounds="visualization 9 ms .. 14 ms, step 1.2 ms .. 1.9 ms"
   # paper: 14 slots of 14/15 + 1.9 ms against 14 steps of 1.2 ms after 9 ms, and 14 + 1.9 ms + 14 times 1.9 - 1.8 ms.
   expect 0 "paper             32.166665     14.866665            33, 20   exact" size --within "$bounds, steps 15"
-  grep -q "linear             2.899999      0.999999              3, 3   exact" out || fail "not the longest step and the device's period"
+  grep -q "linear             2.899999      0.999999              3, 3   exact" out ||
+    fail "not the longest step and the device's period"
   grep -q "phase_locked .* found, not proved" out || fail "no search"
   expect 0 "a bound: enough for all of them" size --within "$bounds" --step-size "11.1 ms"
   expect 0 '"how":"exact"' size --within "$bounds, steps 10 .. 20" --json --emission linear --sampling "2 kHz"
