@@ -256,7 +256,7 @@ TEST_CASE("Frame times in microseconds, as MangoHud wrote them up to 0.6, are to
 
 TEST_CASE("A log with a row every 100 ms is no recording of pictures, and one with several rows a picture is none") {
   std::string slow = "fps,frametime,elapsed\n", fast = slow;
-  for (int i = 0; i < 20; ++i) {
+  for (std::int64_t i = 0; i < 20; ++i) {
     slow += "60,16.6667," + std::to_string(1'000'000'000 + 100'000'000 * i) + "\n";
     fast += "60,16.6667," + std::to_string(1'000'000'000 + 5'000'000 * i) + "\n";
   }
