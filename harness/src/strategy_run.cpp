@@ -20,9 +20,10 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
 }
 
 /// Where steps are so short that 20 ms have very many, an interrupt must not wait for all of these.
-Duration slice_of(const Scenario& scenario) {
+Duration slice_of(const ProgrammedTiming& timing) {
   constexpr std::int64_t kMostSteps = 10'000;
-  const Duration step = scenario.timing.programmed.step.value_or(kRunSlice);
+  const int most = timing.steps.empty() ? 0 : *std::max_element(timing.steps.begin(), timing.steps.end());
+  const Duration step = timing.step.value_or(most > 0 ? Duration{period_ceil(timing.segment).ns / most} : kRunSlice);
   return step.ns > 0 && step.ns < kRunSlice.ns / kMostSteps ? step * kMostSteps : kRunSlice;
 }
 
@@ -118,7 +119,7 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   lanes.spawn(scheduler, scheduler);
   const SlicedRun run = run_in_slices(
       scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time,
-      [&](RealTime) { lanes.take_events(scheduler); }, slice_of(scenario));
+      [&](RealTime) { lanes.take_events(scheduler); }, slice_of(scenario.timing.programmed));
   try {
     throw_if_failed(run.status, name_of(plan.kind), lanes.steps());
   } catch (RunFailure& failure) {

@@ -126,6 +126,8 @@ case_a_test_per_recording_says_whether_what_the_program_has_is_enough() {
   has "1 - sizing: arm: recordings/h100-contended.csv (Failed)"
   has "latency 45.000000 ms is 6.942434 ms too little: phase_locked needs 51.942434 ms."
   has "again: $(printf '%q' "$evenstep") size recordings/h100-contended.csv --sampling '2 kHz' --fits"
+  "$evenstep" index build/evenstep-runs/sizing >log 2>&1 || fail "its run folders cannot be listed"
+  has "2 runs: build/evenstep-runs/sizing/index.html"
   sed -i 's/ OPTIONS/ PER "1 h" CONFIDENCE "90 %" OPTIONS/' CMakeLists.txt
   cmake --build build >log 2>&1 || fail "no build"
   ctest --test-dir build --output-on-failure >log 2>&1 && fail "nobody knows an hour from 20 s of it"

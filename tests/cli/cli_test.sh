@@ -1172,6 +1172,27 @@ TRACE
   expect 2 "no name matches the visualization 'rendr'; there are 'solve' (300)" import trace.json --visualization rendr
   expect 3 "no/t.csv: error: cannot be written: there is no folder 'no'" import trace.json -o no/t.csv
 }
+case_every_verdict_about_a_damaged_recording_says_so() {
+  local trace=long.json said="1 of 75 intervals (1.3 %) were merged, clipped or left out"
+  python3 - <<'end'
+import json
+def interval(name, begin_us, length_us):
+    return dict(ph="X", pid=1, tid=7, cat="kernel", name=name, ts=begin_us, dur=length_us)
+events = [interval(*row) for segment in range(0, 400000, 16000)
+          for row in (("draw", segment, 3000), ("step", segment + 3000, 900), ("step", segment + 4000, 900))]
+events[1]["dur"] = 1600000  # the end of a later step: it runs over the next begin of its queue
+json.dump({"traceEvents": events}, open("long.json", "w"))
+end
+  printf '%s\n' 'format = 1' '[run]' 'duration = "20 ms"' 'strategies = ["direct"]' '[timing]' "trace = \"$trace\"" \
+    '[scene]' 'kind = "spring"' 'stiffness = "100 N/m"' '[[device]]' 'name = "d"' 'motion = { kind = "still" }' >damaged.toml
+  for words in "size $trace" "advise $trace" "fit $trace" "size damaged.toml" "check damaged.toml" \
+    "run damaged.toml --allow-no-expectations"; do
+    "$evenstep" $words >out 2>err
+    grep -qF "$said" err || fail "not said by $words: $(cat out err)"
+  done
+  "$evenstep" size "$source_dir/scenarios/recorded/h100-pause.csv" >out 2>err || fail "size"
+  [ ! -s err ] || fail "a whole recording is warned of"
+}
 case_import_says_what_is_damaged_and_exits_with_1_under_strict() {
   local made=$source_dir/tests/recordings/made
   expect 0 "clipped: 1 intervals run over the next begin of their thread or queue, and end there now; the first: step" \

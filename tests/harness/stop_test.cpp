@@ -60,6 +60,21 @@ TEST_CASE("an interrupt ends a run with 130 and keeps what was done") {
   CHECK_FALSE(outcome.record.strategies[1].events.empty());
 }
 
+TEST_CASE("an interrupt of very short steps waits for 10,000 of them at most") {
+  const std::atomic<bool> interrupted{true};
+  RunOptions options;
+  options.control.interrupted = &interrupted;
+  const RunOutcome outcome =
+      run_scenario(read("paper/figure-1-spring.toml",
+                        {"timing.steps=200000", "timing.order=\"concurrent\"", "timing.paced=true", "run.duration=\"50 ms\"",
+                         "run.warmup=\"0 s\"", "run.strategies=[\"direct\"]", "expect=[]"}),
+                   options);
+  REQUIRE(outcome.exit == ExitCode::interrupted);
+  const std::size_t steps = outcome.record.strategies.at(0).steps.size();
+  CHECK(steps > 9'000);
+  CHECK(steps <= 10'001);
+}
+
 TEST_CASE("a limit ends a run with its name and value, never with a hang") {
   for (const auto& [limits, name] : {std::pair{SchedulerLimits{.total_events = 1000}, "total"},
                                      std::pair{SchedulerLimits{.events_per_instant = 1}, "instant"},

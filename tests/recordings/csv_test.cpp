@@ -1,6 +1,7 @@
 // How a CSV is written: its header, separators and numbers; and the columns that profilers write.
 #include "catch.h"
 #include "evenstep/recordings/profile.h"
+#include "profile_texts.h"
 #include "real_files.h"
 #include "support.h"
 
@@ -10,15 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-/// "name begin end" in us of each interval, or the first error.
-std::string in_us(const ProfileResult& profile) {
-  if (!profile) return text(profile.error().front());
-  std::string all;
-  for (const ProfileInterval& one : profile->intervals)
-    all += profile->names[one.name].text + " " + std::to_string(one.begin.ns / 1000) + " " +
-           std::to_string(one.end.ns / 1000) + "\n";
-  return all;
-}
+std::string in_us(const ProfileResult& profile) { return intervals_text(profile, 1000); }
 
 std::string rows_in_us(const std::string& bytes, const ProfileOptions& options = {}) {
   return in_us(parse_profile(bytes, "x", options));

@@ -3,6 +3,7 @@
 
 #include "catch.h"
 #include "evenstep/recordings/roles.h"
+#include "profile_texts.h"
 #include "real_files.h"
 #include "support.h"
 
@@ -11,18 +12,6 @@ using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
-
-std::string why_no_pictures(const std::string& bytes) {
-  const ProfileResult profile = parse_profile(bytes, "x");
-  return profile ? "" : text(profile.error().front());
-}
-
-Profile pictures_of(const std::string& bytes) {
-  const ProfileResult profile = parse_profile(bytes, "x");
-  INFO((profile ? "" : text(profile.error().front())) << "\n" << bytes.substr(0, 2000));
-  REQUIRE(profile);
-  return *profile;
-}
 
 /// PresentMon's options that change its columns (its CsvOutput.cpp and README, 2.5).
 struct PresentMonOptions {
@@ -159,7 +148,7 @@ TEST_CASE("Every combination of columns that PresentMon's options make is read, 
         const PresentMonOptions options{time, metrics, (bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0};
         const std::string bytes = written(options);
         INFO(bytes);
-        const Profile profile = pictures_of(bytes);
+        const Profile profile = profile_of(bytes);
         ++combinations;
         CHECK(profile.only_visualizations);
         // What the file says of the GPU: begin and end of a picture after the CPU began it.
@@ -197,24 +186,23 @@ TEST_CASE("PresentMon 2.5's default is read: milliseconds since the begin of the
 
 TEST_CASE("QPC ticks of another frequency than 10 MHz are refused, unless seconds are there, too") {
   const std::string head = "Application,ProcessID,SwapChainAddress,";
-  CHECK_THAT(why_no_pictures(
-                 head + "CPUStartQPC,MsBetweenAppStart,MsGPULatency,MsGPUTime\na,1,0x1,1000,16,0,1\na,1,0x1,49000,16,0,1\n"),
-             Contains("--qpc_time_ms"));
-  const Profile both = pictures_of(head +
-                                   "TimeInSeconds,QPCTime,msBetweenPresents,msUntilRenderComplete\na,1,0x1,1.000,3000,16,2\n"
-                                   "a,1,0x1,1.016,51000,16,2\na,1,0x1,1.032,99000,16,2\n");
+  CHECK_THAT(
+      refusal(head + "CPUStartQPC,MsBetweenAppStart,MsGPULatency,MsGPUTime\na,1,0x1,1000,16,0,1\na,1,0x1,49000,16,0,1\n"),
+      Contains("--qpc_time_ms"));
+  const Profile both = profile_of(head +
+                                  "TimeInSeconds,QPCTime,msBetweenPresents,msUntilRenderComplete\na,1,0x1,1.000,3000,16,2\n"
+                                  "a,1,0x1,1.016,51000,16,2\na,1,0x1,1.032,99000,16,2\n");
   CHECK(both.intervals[0].begin.ns == 1'000'000'000);
 }
 
 TEST_CASE("A recording in which the GPU's time is 0 throughout names the options that PresentMon needs") {
-  CHECK_THAT(
-      why_no_pictures("Application,SwapChainAddress,TimeInSeconds,MsBetweenPresents,MsRenderPresentLatency\na,0x1,1,20,0\n"
-                      "a,0x1,1.02,20,0\n"),
-      Contains("record without --no_track_gpu and --no_track_display"));
+  CHECK_THAT(refusal("Application,SwapChainAddress,TimeInSeconds,MsBetweenPresents,MsRenderPresentLatency\na,0x1,1,20,0\n"
+                     "a,0x1,1.02,20,0\n"),
+             Contains("record without --no_track_gpu and --no_track_display"));
 }
 
 TEST_CASE("FrameView and OCAT are read: the GPU's work ends as they say, and begins at the present") {
-  const Profile frameview = pictures_of(
+  const Profile frameview = profile_of(
       "Application,GPU,CPU,Resolution,Runtime,AllowsTearing,ProcessID,SwapChainAddress,SyncInterval,PresentFlags,"
       "PresentMode,"
       "PresentModeNumeric,TimeInSeconds,MsBetweenPresents,MsBetweenDisplayChange,MsInPresentAPI,MsRenderPresentLatency,"
@@ -224,7 +212,7 @@ TEST_CASE("FrameView and OCAT are read: the GPU's work ends as they say, and beg
   REQUIRE(frameview.intervals.size() == 2);
   CHECK(frameview.intervals[1].begin.ns == 1'020'000'000);
   CHECK(frameview.intervals[1].end.ns == 1'026'000'000);
-  const Profile ocat = pictures_of(
+  const Profile ocat = profile_of(
       "Application,ProcessID,SwapChainAddress,Runtime,SyncInterval,PresentFlags,AllowsTearing,PresentMode,WasBatched,"
       "DwmNotified,Dropped,TimeInSeconds,MsBetweenPresents,MsBetweenDisplayChange,MsInPresentAPI,MsUntilRenderComplete,"
       "MsUntilDisplayed\na,7,0x1,DXGI,0,0,0,Other,0,0,0,1.00,20,20,0.1,6,8\na,7,0x1,DXGI,0,0,0,Other,0,0,0,1.02,20,20,0.1,"
@@ -245,11 +233,11 @@ TEST_CASE("A log of MangoHud gives whole frames that end at 'elapsed', also behi
       "v1\n0.8.2\n---------------------SYSTEM INFO---------------------\nos,cpu,gpu,ram\nLinux,c,g,1\n"
       "--------------------FRAME METRICS--------------------\n" +
       rows;
-  CHECK(pictures_of(versioned).intervals.size() == 3);
+  CHECK(profile_of(versioned).intervals.size() == 3);
 }
 
 TEST_CASE("Frame times in microseconds, as MangoHud wrote them up to 0.6, are told by the times between its rows") {
-  const Profile old = pictures_of("fps,frametime,elapsed\n50,20000,1020000000\n50,20000,1040000000\n50,20000,1060000000\n");
+  const Profile old = profile_of("fps,frametime,elapsed\n50,20000,1020000000\n50,20000,1040000000\n50,20000,1060000000\n");
   CHECK(old.intervals.front().begin.ns == 1'000'000'000);
   CHECK(old.time_base.find("frame times in us") != std::string::npos);
 }
@@ -260,18 +248,17 @@ TEST_CASE("A log with a row every 100 ms is no recording of pictures, and one wi
     slow += "60,16.6667," + std::to_string(1'000'000'000 + 100'000'000 * i) + "\n";
     fast += "60,16.6667," + std::to_string(1'000'000'000 + 5'000'000 * i) + "\n";
   }
-  CHECK_THAT(why_no_pictures(slow), Contains("is a log of samples, one about every 100 ms") && Contains("log_interval=0"));
-  CHECK_THAT(why_no_pictures(fast), Contains("is a log of samples, one about every 5 ms"));
-  CHECK_THAT(why_no_pictures("00, 23-12-2024 16:38:32, Hardware monitoring log v1.6\n01, 23-12-2024 16:38:32, Some GPU\n"
-                             "02, 23-12-2024 16:38:32, GPU temperature     ,Framerate   ,Frametime\n"),
+  CHECK_THAT(refusal(slow), Contains("is a log of samples, one about every 100 ms") && Contains("log_interval=0"));
+  CHECK_THAT(refusal(fast), Contains("is a log of samples, one about every 5 ms"));
+  CHECK_THAT(refusal("00, 23-12-2024 16:38:32, Hardware monitoring log v1.6\n01, 23-12-2024 16:38:32, Some GPU\n"
+                     "02, 23-12-2024 16:38:32, GPU temperature     ,Framerate   ,Frametime\n"),
              Contains("it is a log of samples") && Contains("line 1 was taken for the header"));
-  CHECK_THAT(why_no_pictures("0.1% Min FPS,1% Min FPS,97% Percentile FPS,Average FPS\n1,2,3,4\n"),
-             Contains("MangoHud's summary"));
+  CHECK_THAT(refusal("0.1% Min FPS,1% Min FPS,97% Percentile FPS,Average FPS\n1,2,3,4\n"), Contains("MangoHud's summary"));
 }
 
 TEST_CASE("Steps that are put into whole frames are at their end, and the picture has the rest") {
   const Profile profile =
-      pictures_of("fps,frametime,elapsed\n50,20,1020000000\n50,20,1040000000\n50,20,1060000000\n100,5,1065000000\n");
+      profile_of("fps,frametime,elapsed\n50,20,1020000000\n50,20,1040000000\n50,20,1060000000\n100,5,1065000000\n");
   Roles roles;
   roles.visualization = ".";
   roles.steps = 3;

@@ -5,21 +5,17 @@
 
 #include "catch.h"
 #include "evenstep/recordings/roles.h"
+#include "profile_texts.h"
 #include "src/profiles/bytes.h"
 #include "src/profiles/profile_builder.h"
 #include "support.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;
+using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
-
-/// The first error; empty for a file that is read.
-std::string refusal(const std::string& bytes) {
-  const ProfileResult profile = parse_profile(bytes, "x");
-  return profile ? "" : text(profile.error().front());
-}
 
 std::string refusal(ProfileBuilder& builder) {
   const ProfileResult profile = builder.finish();

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "catch.h"
+#include "profile_texts.h"
 #include "real_files.h"
 #include "src/profiles/decimal_time.h"
 #include "support.h"
@@ -13,17 +14,8 @@ using Catch::Contains;
 
 namespace {
 
-/// "name begin end" of each interval, or the first error.
-std::string intervals_of(const ProfileResult& profile) {
-  if (!profile) return text(profile.error().front());
-  std::string all;
-  for (const ProfileInterval& one : profile->intervals)
-    all += profile->names[one.name].text + " " + std::to_string(one.begin.ns) + " " + std::to_string(one.end.ns) + "\n";
-  return all;
-}
-
 std::string parsed(const std::string& bytes, const ProfileOptions& options = {}) {
-  return intervals_of(parse_profile(bytes, "x", options));
+  return intervals_text(parse_profile(bytes, "x", options), 1);
 }
 
 LeftOut first_left_out(const std::string& bytes) {

@@ -176,6 +176,16 @@ TEST_CASE("a recording with a stated pace is split and spread from its first seg
   CHECK(begins == std::vector<std::int64_t>{2, 10, 22, 30, 42, 50, 62, 70});
 }
 
+TEST_CASE("of a recording without a pace the parts of the first segment follow each other at once", "[governor][spread]") {
+  std::vector<std::int64_t> ends;
+  for (const SegmentTiming& segment : governed_replay(free_running({4, 4}), {.split = 2, .spread = true})) {
+    ends.push_back(segment.visualization->end.ns / kMs);
+    ends.push_back(segment.steps.back().end.ns / kMs);
+  }
+  // Drawings of 4 ms in two parts, and four steps of 1 ms shared out: nobody knows a period yet.
+  CHECK(std::vector(ends.begin(), ends.begin() + 4) == std::vector<std::int64_t>{2, 4, 6, 8});
+}
+
 TEST_CASE("what spread did with a recording up to an instant is the same whatever comes after", "[governor][spread]") {
   std::int64_t wrong = 0, compared = 0;
   for (std::uint64_t seed = 0; seed < evenstep::testing::cases(20'000); ++seed) {

@@ -163,6 +163,7 @@ ExitCode give_advice(const AdviseArguments& arguments, const std::atomic<bool>& 
     print(result.errors);
     return ExitCode::usage;
   }
+  if (!result.damage.empty()) spdlog::warn("{}: {}", arguments.file, result.damage);
   if (result.interrupted) return ExitCode::interrupted;
   fmt::print("{}", arguments.json ? advice_json(result.record) : advice_text(result.record, columns_of_output()));
   if (const std::string error = write_advice_folder(folder, result, again(arguments)); !error.empty()) {

@@ -492,6 +492,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
                    const Registry& registry, Facts& facts) {
   const ReadOptions options{arguments.set, std::nullopt, registry};
   const ReadResult read = read_scenario(file, options);
+  if (read && !read->timing.trace_damage.empty()) spdlog::warn("{}: {}", read->timing.trace_file, read->timing.trace_damage);
   std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
   if (errors.empty()) errors = missing_in_build(*read);
   if (errors.empty() && read->sweep) errors = check_sweep(file, options);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "evenstep/campaigns/fit_report.h"
 #include "src/commands.h"
@@ -18,11 +19,13 @@ ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
   const std::string& file = arguments.file;
   const std::optional<RecordingOptions> options = recording_options(arguments.recording);
   if (!options) return ExitCode::usage;
-  const Recording csv = read_recording(file, *options);
+  std::string damage;
+  const Recording csv = read_recording(file, *options, false, &damage);
   if (!csv) {
     print(csv.error());
     return ExitCode::usage;
   }
+  if (!damage.empty()) spdlog::warn("{}: {}", file, damage);
   const std::string objection = fit_objection(*csv);
   if (!objection.empty()) {
     print({{file, 0, 0, objection}});

@@ -216,10 +216,9 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
   print_clipped(*profile);
   print_assigned(*assigned);
   if (!arguments.out.empty() && !write_assigned(arguments.out, *assigned)) return ExitCode::run_failed;
-  if (!assigned->damaged()) return ExitCode::pass;
-  fmt::print("warning: {} of {} intervals ({:.1f} %) were merged, clipped or left out; is the recording damaged?\n",
-             assigned->lost, assigned->judged,
-             100.0 * static_cast<double>(assigned->lost) / static_cast<double>(assigned->judged));
+  const std::string damage = assigned->damage();
+  if (damage.empty()) return ExitCode::pass;
+  fmt::print("warning: {}\n", damage);
   return arguments.strict ? ExitCode::expectation_failed : ExitCode::pass;
 }
 

@@ -382,6 +382,8 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     return refuse(file, {refusal_of(scenario, error)}, folder, call);
   }
   warn_of_idle_gpu(scenario);
+  if (!scenario.timing.trace_damage.empty())
+    spdlog::warn("{}: {}", scenario.timing.trace_file, scenario.timing.trace_damage);
   if (!arguments.json) introduce(scenario, limits, arguments);
   RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {

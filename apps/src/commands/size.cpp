@@ -201,6 +201,21 @@ bool write_timing(const std::string& path, SizeResult& result) {
   return true;
 }
 
+/// Before anything is sized: whether the run folder of --fits can be written, and the date that it bears. An error is
+/// printed.
+ExitCode look_at_folder(const std::string& folder, std::string& date) {
+  if (folder.empty()) return ExitCode::pass;
+  const Result<std::string> found = date_of_run(std::getenv, unix_seconds());
+  if (!found) {
+    print({{"SOURCE_DATE_EPOCH", 0, 0, found.error()}});
+    return ExitCode::usage;
+  }
+  date = *found;
+  const std::string objection = run_folder_objection(folder);
+  if (!objection.empty()) spdlog::error("error: {}", objection);
+  return objection.empty() ? ExitCode::pass : ExitCode::run_failed;
+}
+
 /// --fits with --out: a run folder, for `compare` and `index`. False on an error, which is then printed.
 bool write_fit_folder(const SizeArguments& arguments, const SizeRecord& record, const std::string& date,
                       const JunitSuite& suite) {
@@ -341,21 +356,14 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   if (!arguments.seeds.empty()) return size_many_seeds(arguments, *options, interrupted, registry);
   const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
   if (!recording) return ExitCode::usage;
-  const Result<std::string> date = date_of_run(std::getenv, unix_seconds());
-  if (!date) {
-    print({{"SOURCE_DATE_EPOCH", 0, 0, date.error()}});
-    return ExitCode::usage;
-  }
-  const std::string objection = arguments.part.out.empty() ? "" : run_folder_objection(arguments.part.out);
-  if (!objection.empty()) {
-    spdlog::error("error: {}", objection);
-    return ExitCode::run_failed;
-  }
+  std::string date;
+  if (const ExitCode code = look_at_folder(arguments.part.out, date); code != ExitCode::pass) return code;
   SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;
   }
+  if (!result.damage.empty()) spdlog::warn("{}: {}", arguments.file, result.damage);
   if (result.record.fit && !result.record.fit->refused.empty()) {
     print({{"--fits", 0, 0, result.record.fit->refused}});
     return ExitCode::usage;
@@ -377,7 +385,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
   }
   if (!write_report(arguments, result.record)) return ExitCode::run_failed;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
-  return result.record.fit ? judge_fit(arguments, result.record, *date) : ExitCode::pass;
+  return result.record.fit ? judge_fit(arguments, result.record, date) : ExitCode::pass;
 }
 
 }  // namespace

@@ -324,6 +324,16 @@ TEST_CASE("of a recording that waits split and spread together are never worse t
   }
 }
 
+TEST_CASE("with its first segment in parts a recording needs less of split and spread than of either", "[what-if][spread]") {
+  const SizeRecord record = sized("paced30-pthread", {"split 2", "spread", "spread, split 2"});
+  const auto need_ms = [&](std::size_t row) {
+    return static_cast<double>(phase_locked(record.what_ifs.at(row)).latency.ns) / 1e6;
+  };
+  CHECK(need_ms(1) == Approx(23.080).epsilon(0.001));
+  CHECK(need_ms(2) == Approx(39.599).epsilon(0.001));
+  CHECK(need_ms(3) == Approx(20.480).epsilon(0.001));
+}
+
 TEST_CASE("of 10,000 programmed timings split and spread together are never worse than either by more than a step",
           "[what-if][spread]") {
   check_split_and_spread(0, evenstep::testing::cases(10'000));

@@ -451,7 +451,10 @@ AdviseResult advise_recording(const std::string& path, const AdviseOptions& opti
   size.step_size = options.step_size;
   SizeResult sized = size_recording(path, size, recording);
   if (!sized.errors.empty()) return {{}, {}, std::move(sized.errors), false};
-  return advised(std::move(sized), options);
+  std::string damage = std::move(sized.damage);
+  AdviseResult result = advised(std::move(sized), options);
+  result.damage = std::move(damage);
+  return result;
 }
 
 namespace {

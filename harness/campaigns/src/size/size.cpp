@@ -434,6 +434,7 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
   Sizer(input, options).size(result);
   result.segments = std::move(input.segments);
+  result.damage = scenario.timing.trace_damage;
   return result;
 }
 
@@ -508,7 +509,8 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
 }
 
 SizeResult size_recording(const std::string& path, const SizeOptions& options, const RecordingOptions& recording) {
-  Recording csv = read_recording(path, recording, true);
+  std::string damage;
+  Recording csv = read_recording(path, recording, true, &damage);
   if (!csv) return {{}, {}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
   if (std::none_of(csv->begin(), csv->end(), has_steps))
@@ -517,6 +519,7 @@ SizeResult size_recording(const std::string& path, const SizeOptions& options, c
             {{path, 0, 0,
               "there is no step in it; write a row of kind step for each, or, of pictures, --steps and --step-time"}}};
   SizeResult result = size_input(*std::move(csv), path, options);
+  result.damage = std::move(damage);
   // Of a list a scenario finds the same segments; of other files it takes the one that they have.
   if (result.record.segments_from != "recording" && !is_step_list(path)) return result;
   result.record.trace = path;

@@ -21,11 +21,12 @@ Csv kind_of(const std::string& path) {
   return segments ? Csv::segments : Csv::other;
 }
 
-Recording read_profiled(const std::string& path, const RecordingOptions& options) {
+Recording read_profiled(const std::string& path, const RecordingOptions& options, std::string* damage) {
   const ProfileResult profile = read_profile(path, options.profile);
   if (!profile) return Failure(profile.error());
   AssignedRolesResult assigned = assign_roles(*profile, with_preset(options.roles, options.preset));
   if (!assigned) return Failure(assigned.error());
+  if (damage != nullptr) *damage = assigned->damage();
   return std::move(assigned->segments);
 }
 
@@ -35,9 +36,10 @@ bool is_timing_csv(const std::string& path) { return kind_of(path) != Csv::other
 
 bool is_step_list(const std::string& path) { return kind_of(path) == Csv::steps; }
 
-Recording read_recording(const std::string& path, const RecordingOptions& options, bool as_one_segment) {
+Recording read_recording(const std::string& path, const RecordingOptions& options, bool as_one_segment,
+                         std::string* damage) {
   const Csv kind = kind_of(path);
-  Recording recording = kind == Csv::other ? read_profiled(path, options) : read_timing_or_steps(path);
+  Recording recording = kind == Csv::other ? read_profiled(path, options, damage) : read_timing_or_steps(path);
   if (!recording || kind != Csv::steps || as_one_segment) return recording;
   return cut_steps(recording->front().steps, cycle_of(*recording)).segments;
 }

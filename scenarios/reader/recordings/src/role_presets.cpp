@@ -10,7 +10,10 @@ constexpr RolePreset kPresets[] = {
     {"godot", "", "^RenderingServer::(sync|draw)$", "^Physics Step$", "",
      "https://github.com/godotengine/godot, main/main.cpp, the zones of Main::iteration for Tracy"},
     {"unreal", "^FEngineLoop::Tick$", "^FDeferredShadingSceneRenderer", "^TG_(Start|During|End)Physics$",
-     "^TG_StartPhysics$", "Unreal Insights, TimingInsights.ExportTimingEvents: the timers of a frame and its tick groups"},
+     "^TG_StartPhysics$",
+     "Unreal Insights, TimingInsights.ExportTimingEvents: timers of a frame, of its tick groups, and the "
+     "SCOPED_NAMED_EVENTs of "
+     "the renderer (Engine/Source/Runtime/Renderer/Private/BasePassRendering.cpp and others)"},
     {"mujoco", "", "^mj[rv]_(render|updateScene)$", "^mj_step$", "",
      "https://mujoco.readthedocs.io/en/stable/APIreference/APIfunctions.html"},
     {"pytorch", "^ProfilerStep#", "", "kernel:.", "", "https://docs.pytorch.org/docs/stable/profiler.html"},

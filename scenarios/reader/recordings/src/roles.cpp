@@ -426,6 +426,12 @@ void Assignment::judge() {
 
 }  // namespace
 
+std::string AssignedRoles::damage() const {
+  if (!damaged()) return "";
+  return fmt::format("{} of {} intervals ({:.1f} %) were merged, clipped or left out; is the recording damaged?", lost,
+                     judged, 100.0 * static_cast<double>(lost) / static_cast<double>(judged));
+}
+
 AssignedRolesResult assign_roles(const Profile& profile, const Roles& roles) { return Assignment(profile, roles).run(); }
 
 RoleMarks mark_roles(const Profile& profile, const Roles& roles, const std::vector<NameSummary>& names) {

@@ -48,6 +48,7 @@ struct AdviseResult {
   std::map<std::string, std::string> timings;
   std::vector<Diagnostic> errors;  ///< empty: the record is complete
   bool interrupted = false;        ///< then the record is not complete
+  std::string damage = {};         ///< as of SizeResult
 };
 
 /// For a recording, as size_recording takes it; for a scenario's timing and its slowest device.

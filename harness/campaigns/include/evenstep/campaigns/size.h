@@ -49,6 +49,7 @@ struct SizeResult {
   std::vector<SegmentTiming> segments;  ///< those that were sized
   std::vector<Diagnostic> errors;       ///< empty: the record is complete
   std::vector<SegmentTiming> worst;     ///< the same in the worst order found, if somebody asked
+  std::string damage;                   ///< of a profiler's file (read_recording); mostly empty
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are

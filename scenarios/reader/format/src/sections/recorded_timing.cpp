@@ -134,7 +134,7 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
                                      "remove them",
                                      spec.trace_file));
   }
-  Recording csv = read_recording(spec.trace_file, options);
+  Recording csv = read_recording(spec.trace_file, options, false, &spec.trace_damage);
   for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));

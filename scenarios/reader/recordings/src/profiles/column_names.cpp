@@ -1,6 +1,7 @@
 #include "column_names.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "decimal_time.h"
 
@@ -97,13 +98,16 @@ struct Refused {
   const char* column;
   const char* why;
 };
+constexpr const char* kTotals =
+    "it has totals of each name, not single intervals; export the trace instead of its statistics";
+constexpr const char* kSamples = "it is a log of samples, taken at times of its own, not a recording of pictures";
 constexpr Refused kRefused[] = {
-    {"totaldurationns", "it has totals of each name, not single intervals; export the trace instead of its statistics"},
-    {"total time", "it has totals of each name, not single intervals; export the trace instead of its statistics"},
-    {"hardware monitoring log", "it is a log of samples, taken at times of its own, not a recording of pictures"},
+    {"totaldurationns", kTotals},
+    {"total time", kTotals},
+    {"hardware monitoring log", kSamples},
     {"0.1% min fps", "it is MangoHud's summary; its log is the file without '_summary'"},
-    {"framerate", "it is a log of samples, taken at times of its own, not a recording of pictures"},
-    {"gpu temperature", "it is a log of samples, taken at times of its own, not a recording of pictures"},
+    {"framerate", kSamples},
+    {"gpu temperature", kSamples},
 };
 
 /// A cell of a header without blanks around it, in lower case, and the unit behind it in brackets.
@@ -168,6 +172,22 @@ std::optional<Column> column_for(const std::vector<std::string>& header, Quantit
   return all.empty() ? std::nullopt : std::optional(all.front());
 }
 
+std::vector<Column> time_columns(const std::vector<std::string>& header) {
+  std::vector<Column> all;
+  std::optional<Quantity> last;  // the names of a quantity stand together
+  for (const ColumnName& known : kNames) {
+    if (!is_time(known.quantity) || std::exchange(last, known.quantity) == known.quantity) continue;
+    for (const Column& column : columns_for(header, known.quantity)) all.push_back(column);
+  }
+  return all;
+}
+
+std::optional<std::size_t> index_of(const std::vector<std::string>& header, std::string_view name) {
+  const auto found = std::find(header.begin(), header.end(), name);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
 bool are_intervals(const std::vector<std::string>& header) {
   const auto has = [&](Quantity quantity) { return column_for(header, quantity).has_value(); };
   return has(Quantity::name) && has(Quantity::begin) &&
@@ -179,6 +199,10 @@ bool are_pictures(const std::vector<std::string>& header) {
   return has(Quantity::swap_chain) ||
          (has(Quantity::cpu_start) && (has(Quantity::to_next) || (has(Quantity::gpu_latency) && has(Quantity::gpu_time)))) ||
          (has(Quantity::present) && (has(Quantity::from_last) || has(Quantity::render_end)));
+}
+
+bool are_picture_lengths(const std::vector<std::string>& header) {
+  return index_of(header, "FrameTime") && (index_of(header, "GameThreadTime") || index_of(header, "EVENTS"));
 }
 
 std::string_view why_refused(const std::vector<std::string>& header) {

@@ -53,11 +53,17 @@ struct Column {
 /// All meanings that the header's columns can have for a quantity, the best first. One column may have several units.
 std::vector<Column> columns_for(const std::vector<std::string>& header, Quantity quantity);
 std::optional<Column> column_for(const std::vector<std::string>& header, Quantity quantity);
+/// The columns that may be times.
+std::vector<Column> time_columns(const std::vector<std::string>& header);
+/// Where a column of just this name is.
+std::optional<std::size_t> index_of(const std::vector<std::string>& header, std::string_view name);
 
 /// Whether a row of such columns is an interval, or an event that begins or ends one.
 bool are_intervals(const std::vector<std::string>& header);
 /// Whether a row of such columns is a picture.
 bool are_pictures(const std::vector<std::string>& header);
+/// Whether it is a picture with lengths only, as Unreal's CSV profiler writes them.
+bool are_picture_lengths(const std::vector<std::string>& header);
 /// Why rows of such columns are neither, for those that profilers write, too; empty for others.
 std::string_view why_refused(const std::vector<std::string>& header);
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "column_names.h"
+
 namespace evenstep::internal {
 
 CsvTable::CsvTable(Bytes& bytes, const CsvHead& head) : head_(head), lines_(bytes) {
@@ -14,10 +16,7 @@ CsvTable::CsvTable(Bytes& bytes, const CsvHead& head) : head_(head), lines_(byte
 }
 
 std::optional<std::size_t> CsvTable::column(std::string_view name) const {
-  if (name.empty()) return std::nullopt;
-  const auto found = std::find(header().begin(), header().end(), name);
-  if (found == header().end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header().begin());
+  return name.empty() ? std::nullopt : index_of(header(), name);
 }
 
 std::string CsvTable::columns_text() const {

@@ -24,15 +24,9 @@ Cells split(std::string_view line, char separator) {
 
 bool is_comment(std::string_view line) { return line.starts_with("//") || line.starts_with('#'); }
 
-/// Pictures of a file without instants have these.
-bool are_lengths_of_pictures(const Cells& cells) {
-  const auto has = [&](const char* name) { return std::find(cells.begin(), cells.end(), name) != cells.end(); };
-  return has("FrameTime") && (has("GameThreadTime") || has("EVENTS"));
-}
-
 bool are_known(const Cells& cells, const CsvColumns& given) {
-  if (!given.begin.empty()) return std::find(cells.begin(), cells.end(), given.begin) != cells.end();
-  return are_intervals(cells) || are_pictures(cells) || are_lengths_of_pictures(cells);
+  if (!given.begin.empty()) return index_of(cells, given.begin).has_value();
+  return are_intervals(cells) || are_pictures(cells) || are_picture_lengths(cells);
 }
 
 /// The separator that makes the most cells of a line; a comma if several do.
@@ -64,11 +58,7 @@ std::vector<std::size_t> times_of(const CsvHead& head, const CsvColumns& given) 
   for (std::size_t i = 0; i < head.cells.size(); ++i) {
     if (head.cells[i] == given.begin || head.cells[i] == given.end || head.cells[i] == given.duration) all.push_back(i);
   }
-  for (const Quantity quantity :
-       {Quantity::begin, Quantity::end, Quantity::length, Quantity::cpu_start, Quantity::present, Quantity::gpu_latency,
-        Quantity::gpu_time, Quantity::render_start, Quantity::render_end, Quantity::to_next, Quantity::from_last}) {
-    for (const Column& column : columns_for(head.cells, quantity)) all.push_back(column.index);
-  }
+  for (const Column& column : time_columns(head.cells)) all.push_back(column.index);
   return all;
 }
 

@@ -103,4 +103,8 @@ std::optional<std::int64_t> time_unit_ns(std::string_view unit) {
   return std::nullopt;
 }
 
+std::string_view time_unit_text(std::int64_t unit_ns) {
+  return unit_ns == 1 ? "ns" : unit_ns == 1'000 ? "us" : unit_ns == 1'000'000 ? "ms" : "s";
+}
+
 }  // namespace evenstep::internal

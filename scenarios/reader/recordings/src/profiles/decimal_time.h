@@ -22,5 +22,7 @@ std::optional<std::int64_t> date_time_ns(std::string_view text);
 
 /// "ns", "us" (also with the Greek letter), "ms", "s" in ns; empty for another word.
 std::optional<std::int64_t> time_unit_ns(std::string_view unit);
+/// The other way round.
+std::string_view time_unit_text(std::int64_t unit_ns);
 
 }  // namespace evenstep::internal

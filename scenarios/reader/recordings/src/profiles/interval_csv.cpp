@@ -143,10 +143,6 @@ class RowReader {
   std::size_t entered_ = 0;
 };
 
-std::string_view unit_text(std::int64_t unit_ns) {
-  return unit_ns == 1 ? "ns" : unit_ns == 1000 ? "us" : unit_ns == 1'000'000 ? "ms" : "s";
-}
-
 }  // namespace
 
 bool is_interval_csv(const ProfileInput& input) { return are_intervals(input.head.cells); }
@@ -162,8 +158,8 @@ void read_interval_csv(ProfileInput& input, const ProfileOptions& options, Profi
                              : layout->event                   ? "CSV with Enter and Leave"
                              : layout->begin->known != nullptr ? "CSV of intervals"
                                                                : "CSV";
-  builder.profile().time_base =
-      fmt::format("{}, as the {} of its columns says", unit_text(layout->begin->unit_ns), named ? "unit given" : "header");
+  builder.profile().time_base = fmt::format("{}, as the {} of its columns says", time_unit_text(layout->begin->unit_ns),
+                                            named ? "unit given" : "header");
   if (input.head.decimal == ',') builder.profile().time_base += "; with decimal commas";
   RowReader(table, *layout, builder).read_all();
 }

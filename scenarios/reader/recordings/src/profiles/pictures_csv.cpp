@@ -1,10 +1,11 @@
 // CSV with a row for each picture: PresentMon and what has its columns (FrameView, OCAT, CapFrameX), MangoHud. Rows of
 // several processes and swap chains are mixed, in no order. What a row says is turned into the interval in which the GPU
 // drew the picture; what comes first of these decides:
-//   CPU start, GPU latency, GPU time   begin = CPU start + latency, end = begin + time
-//   present, render complete           begin = present + render start, or when the picture before was done; end = present +
-//   … present, time between presents     the whole frame: nothing says how long the GPU drew CPU start, time to the next one
-//   the whole frame
+//   - CPU start, GPU latency, GPU time: begin = CPU start + latency, end = begin + time;
+//   - present, render complete: begin = present + render start, or when the picture before was done, end = present + render
+//     complete;
+//   - present, time since the one before, or CPU start, time to the next one: the whole frame, because nothing says how long
+//     the GPU drew.
 // A column may be in several units (QPC ticks, taken to be 100 ns, or ms; ms or us): the times between the first rows tell.
 #include <fmt/format.h>
 
@@ -168,19 +169,15 @@ void PictureReader::describe() {
   profile.format = !tool.empty() ? std::string(tool) : swap_chain_ ? "PresentMon CSV" : "CSV of pictures";
   if (times_ == GpuTimes::from_present) profile.format += ", or FrameView or OCAT";
   const std::int64_t unit = start_->unit_ns;
-  profile.time_base = fmt::format("{} and ms", unit == 100         ? "QPC ticks of 10 MHz"
-                                               : unit == 1         ? "ns"
-                                               : unit == 1'000'000 ? "ms"
-                                                                   : "s");
+  profile.time_base = fmt::format("{} and ms", unit == 100 ? "QPC ticks of 10 MHz" : time_unit_text(unit));
   if (period_ && period_->unit_ns == 1000) profile.time_base += ", frame times in us";
   if (times_ == GpuTimes::from_present && !render_start_)
     profile.time_base +=
         "; no begin of the GPU's work: it is taken to begin at the present, or when the picture before it was done";
   if (times_ == GpuTimes::whole_frames)
     profile.time_base +=
-        "; nothing says how long the GPU drew (PresentMon does, without --no_track_gpu and --no_track_display): a picture "
-        "is "
-        "taken to last its whole frame";
+        "; nothing says how long the GPU drew (PresentMon does, without --no_track_gpu and --no_track_display): a "
+        "picture is taken to last its whole frame";
   profile.only_visualizations = true;
   profile.whole_frames = times_ == GpuTimes::whole_frames;
 }

@@ -3,8 +3,7 @@
 // recording; the complete header is then repeated behind the rows.
 #include <fmt/format.h>
 
-#include <algorithm>
-
+#include "column_names.h"
 #include "decimal_time.h"
 #include "profile_formats.h"
 
@@ -12,12 +11,6 @@ namespace evenstep::internal {
 namespace {
 
 constexpr std::size_t kMostKept = std::size_t{256} << 20;  // bytes of rows
-
-std::optional<std::size_t> index_of(const std::vector<std::string>& header, std::string_view column) {
-  const auto found = std::find(header.begin(), header.end(), column);
-  if (found == header.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header.begin());
-}
 
 struct FrameRow {
   std::string text;
@@ -51,10 +44,7 @@ std::vector<FrameRow> rows_of(ProfileInput& input, ProfileBuilder& builder, std:
 
 }  // namespace
 
-bool is_unreal_csv(const ProfileInput& input) {
-  const std::vector<std::string>& header = input.head.cells;
-  return index_of(header, "FrameTime") && (index_of(header, "GameThreadTime") || index_of(header, "EVENTS"));
-}
+bool is_unreal_csv(const ProfileInput& input) { return are_picture_lengths(input.head.cells); }
 
 void read_unreal_csv(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().format = "Unreal CSV";

@@ -226,6 +226,7 @@ struct TimingSpec {
   std::optional<FrameGovernor> governor;    ///< shortens the pauses, of `programmed` as well as of `trace`
   std::vector<SegmentTiming> trace;         ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
+  std::string trace_damage;       ///< AssignedRoles::damage() of a profiler's file: to be said by whoever judges with it
   std::optional<Foreign> source;  ///< the program's own timing source, which gave `trace`
 };
 

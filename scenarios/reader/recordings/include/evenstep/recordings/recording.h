@@ -21,7 +21,9 @@ bool is_step_list(const std::string& path);
 
 using Recording = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
 /// A timing.csv, or a plain list of steps (timing_csv.h), or else a profiler's file with roles. A list gets the segments of
-/// the cycle found in it (step_list.h), or, if `as_one_segment`, a single one.
-Recording read_recording(const std::string& path, const RecordingOptions& options = {}, bool as_one_segment = false);
+/// the cycle found in it (step_list.h), or, if `as_one_segment`, a single one. `damage` gets AssignedRoles::damage() of a
+/// profiler's file, which whoever uses the recording must be told.
+Recording read_recording(const std::string& path, const RecordingOptions& options = {}, bool as_one_segment = false,
+                         std::string* damage = nullptr);
 
 }  // namespace evenstep

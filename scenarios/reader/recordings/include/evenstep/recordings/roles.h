@@ -91,6 +91,8 @@ struct AssignedRoles {
 
   /// More than 1 %.
   bool damaged() const { return 100 * lost > judged; }
+  /// That as a sentence; empty if it is not.
+  std::string damage() const;
 };
 
 using AssignedRolesResult = Result<AssignedRoles, std::vector<Diagnostic>>;
