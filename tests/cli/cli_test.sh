@@ -1193,6 +1193,86 @@ end
   "$evenstep" size "$source_dir/scenarios/recorded/h100-pause.csv" >out 2>err || fail "size"
   [ ! -s err ] || fail "a whole recording is warned of"
 }
+# The database of AMD's profiler, from its public schema: in one generation a dispatch has its times and agent, in the next
+# one they are in tables of their own. Both give the same views.
+case_import_reads_both_generations_of_rocpd() {
+  python3 - <<'end'
+import sqlite3
+
+views = {  # of each generation: kernels, regions
+    2: ("""SELECT K.id, K.pid, K.tid, A.absolute_index AS agent_abs_index, S.display_name AS name, K.queue_id,
+             Q.name AS queue, K.start, K.end, E.extdata FROM rocpd_kernel_dispatch K
+             JOIN rocpd_info_agent A ON A.id = K.agent_id
+             JOIN rocpd_info_kernel_symbol S ON S.id = K.kernel_id JOIN rocpd_info_queue Q ON Q.id = K.queue_id
+             JOIN rocpd_event E ON E.id = K.event_id""",
+        """SELECT R.id, R.pid, R.tid, N.string AS name, R.start, R.end, E.extdata FROM rocpd_region R
+             JOIN rocpd_string N ON N.id = R.name_id JOIN rocpd_event E ON E.id = R.event_id"""),
+    3: ("""SELECT K.id, T.pid, T.tid, A.absolute_index AS agent_absolute_index, S.display_name AS name, T.queue_id,
+             B.value AS start, D.value AS end, E.extdata FROM rocpd_kernel_dispatch K
+             JOIN rocpd_track T ON T.id = K.track_id
+             JOIN rocpd_info_agent A ON A.id = T.agent_id JOIN rocpd_info_kernel_symbol S ON S.id = K.kernel_id
+             JOIN rocpd_timestamp B ON B.id = K.start_id JOIN rocpd_timestamp D ON D.id = K.end_id
+             JOIN rocpd_event E ON E.id = K.event_id""",
+        """SELECT R.id, T.pid, T.tid, N.string AS name, B.value AS start, D.value AS end, E.extdata FROM rocpd_region R
+             JOIN rocpd_track T ON T.id = R.track_id JOIN rocpd_string N ON N.id = R.name_id
+             JOIN rocpd_timestamp B ON B.id = R.start_id JOIN rocpd_timestamp D ON D.id = R.end_id
+             JOIN rocpd_event E ON E.id = R.event_id"""),
+}
+rows = [("draw", 0, 11_100_000)] + [("step", 11_100_000 + i * 1_400_000, 1_390_000) for i in range(15)]
+for generation, (kernels, regions) in views.items():
+    database = sqlite3.connect(f"rocpd-{generation}.db")
+    def table(name, columns):
+        database.execute(f"CREATE TABLE {name}_00ab ({columns})")
+        database.execute(f"CREATE VIEW {name} AS SELECT * FROM {name}_00ab")
+    def put(name, *values):
+        return database.execute(f"INSERT INTO {name}_00ab VALUES (NULL{', ?' * len(values)})", values).lastrowid
+    table("rocpd_metadata", "id INTEGER PRIMARY KEY, tag, value")
+    table("rocpd_string", "id INTEGER PRIMARY KEY, string")
+    table("rocpd_event", "id INTEGER PRIMARY KEY, extdata")
+    table("rocpd_timestamp", "id INTEGER PRIMARY KEY, value")
+    table("rocpd_track", "id INTEGER PRIMARY KEY, pid, tid, agent_id, queue_id")
+    table("rocpd_info_agent", "id INTEGER PRIMARY KEY, absolute_index")
+    table("rocpd_info_queue", "id INTEGER PRIMARY KEY, name")
+    table("rocpd_info_kernel_symbol", "id INTEGER PRIMARY KEY, display_name")
+    own = "pid, tid, agent_id, queue_id, start, end" if generation == 2 else "track_id, start_id, end_id"
+    table("rocpd_kernel_dispatch", f"id INTEGER PRIMARY KEY, kernel_id, event_id, {own}")
+    table("rocpd_region", f"id INTEGER PRIMARY KEY, name_id, event_id, {own}")
+    put("rocpd_metadata", "schema_version", str(generation))
+    agent, queue = put("rocpd_info_agent", 4), put("rocpd_info_queue", "Queue 1")
+    tracks = [put("rocpd_track", 70, 71, agent, queue), put("rocpd_track", 70, 71, None, None)]
+    symbols = {name: put("rocpd_info_kernel_symbol", name) for name in ("draw", "step")}
+    def interval(into, first, extra, track, begin, end):
+        event = put("rocpd_event", extra)
+        if generation == 2:
+            put(into, first, event, 70, 71, agent if track == 0 else None, queue if track == 0 else None, begin, end)
+        else:
+            put(into, first, event, tracks[track], put("rocpd_timestamp", begin), put("rocpd_timestamp", end))
+    for segment in range(0, 1_000_000_000, 33_000_000):
+        for name, begin, length in rows:
+            interval("rocpd_kernel_dispatch", symbols[name], "{}", 0, segment + begin, segment + begin + length)
+    push = put("rocpd_string", "roctxRangePushA")
+    interval("rocpd_region", push, '{"message": "warm-up"}', 1, 5, 500_000_000)
+    database.execute(f"CREATE VIEW kernels AS {kernels}")
+    database.execute(f"CREATE VIEW regions AS {regions}")
+    database.commit()
+end
+  for generation in 2 3; do
+    expect 0 "30 segments with 30 visualizations and 450 steps" import "rocpd-$generation.db" -o "$generation.csv" \
+      --visualization draw --step step
+    expect 0 "from process 70, agent 4: 496 intervals" import "rocpd-$generation.db" --list
+    grep -q '^rocpd-.\.db: rocpd SQLite, 497 intervals in ' out || fail "head: $(head -2 out)"
+    grep -q 'warm-up$' out || fail "the marker has no text: $(cat out)"
+  done
+  cmp 2.csv 3.csv || fail "the generations differ"
+  python3 - <<'end'
+import sqlite3
+database = sqlite3.connect("empty.db")
+database.execute("CREATE TABLE t(id, tag, value)")
+database.execute("CREATE VIEW rocpd_metadata AS SELECT * FROM t")
+database.commit()
+end
+  expect 2 "empty.db: error: is a rocpd database without kernels and regions" import empty.db
+}
 case_import_says_what_is_damaged_and_exits_with_1_under_strict() {
   local made=$source_dir/tests/recordings/made
   expect 0 "clipped: 1 intervals run over the next begin of their thread or queue, and end there now; the first: step" \

@@ -272,3 +272,26 @@ TEST_CASE("Steps that are put into whole frames are at their end, and the pictur
   CHECK(first.steps.front().begin.ns == 14'000'000);
   CHECK(first.steps.back().end.ns == 20'000'000);
 }
+
+TEST_CASE("A capture of CapFrameX has the pictures that its columns have as rows of PresentMon") {
+  const std::string rows =
+      "TimeInSeconds,MsBetweenPresents,MsUntilRenderComplete\n0.1,20,6\n0.12,20,7.5\n0.14,20,NA\n0.16,20,5\n";
+  const std::string columns =
+      R"({"TimeInSeconds":[0.1,0.12,0.14,0.16],"MsBetweenPresents":[20,20.0,20,20],"Dropped":[true,false,false,false],)"
+      R"("MsUntilRenderComplete":[6,7.5,null,5],"PresentMode":[1,1,1,1]})";
+  const auto capture = [](const std::string& run, const std::string& more = "") {
+    return R"({"Hash":"a","Info":{"AppVersion":"1.7.3"},"Runs":[{"CaptureData":)" + run + "}" + more + "]}";
+  };
+  const Profile profile = profile_of(capture(columns));
+  CHECK(profile.format == "CapFrameX capture");
+  CHECK(profile.only_visualizations);
+  CHECK(intervals_text(profile, 1000) == "picture 100000 106000\npicture 120000 127500\npicture 160000 165000\n");
+  CHECK(intervals_text(profile, 1) == intervals_text(profile_of(rows), 1));
+  const Profile two = profile_of(capture(columns, R"(,{"CaptureData":{}})"));
+  CHECK(two.left_out.back().what == "further runs of the capture, each with a time of its own");
+  CHECK(two.intervals.size() == 3);
+  CHECK_THAT(refusal(capture(columns).substr(0, 200)), Contains("is it cut off?"));
+  CHECK_THAT(refusal(capture(R"({"TimeInSeconds":[0.1,0.2],"MsBetweenPresents":[20]})")), Contains("not of one length"));
+  CHECK_THAT(refusal(capture("{}")), Contains("without the times of each picture"));
+  CHECK_THAT(refusal(R"({"Runs":[],"CaptureData":1})"), Contains("without a run"));
+}

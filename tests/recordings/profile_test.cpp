@@ -75,11 +75,21 @@ TEST_CASE("Any CSV is read by the columns and the unit that are given") {
 
 TEST_CASE("A CSV with unknown columns is refused with these, and what is no recording with the formats") {
   CHECK_THAT(parsed("p50,p99\n1,2\n"), Contains("columns are not known") && Contains("It has 'p50', 'p99'"));
-  CHECK_THAT(parsed("hello"), Contains("is no recording that can be read; the formats are nsight-sqlite, chrome-json"));
+  CHECK_THAT(parsed("hello"), Contains("is no recording that can be read; the formats are sqlite, capframex, chrome-json"));
   CHECK_THAT(parsed(""), Contains("is no recording"));
   ProfileOptions options;
   options.format = "presentmo";
   CHECK_THAT(parsed("a,b\n", options), Contains("did you mean 'presentmon'"));
+}
+
+TEST_CASE("What is known to be no recording says what it is, and what would be one") {
+  std::string packets;
+  for (int i = 0; i < 3; ++i) packets += "\x0a\x04\x08\x90\x4e\x50";
+  CHECK_THAT(parsed(packets), Contains("is a trace of Perfetto (protobuf)") && Contains("traceconv json"));
+  CHECK_THAT(parsed("\x0ahello\x0aworld\n"), Contains("is no recording that can be read"));
+  CHECK_THAT(parsed("fps=59.94\nfocus=769\nfps=60.01\n"), Contains("mean rates of gamescope") && Contains("MangoHud"));
+  CHECK_THAT(parsed("Kernel, Calls, Time (ns), Time (%), Average (ns), Min (ns), Max (ns)\ngemm,2,100,100,50,50,50\n"),
+             Contains("it has totals of each name"));
 }
 
 TEST_CASE("Trace events: X has a length, B and E nest in their thread, fractions of a microsecond count") {

@@ -529,7 +529,7 @@ const std::vector<Field>& timing_fields() {
        .range = above(0, kLongestRun_s), .example = "\"1.2 ms\""},
       {.table = "timing.roles", .key = "format", .forms = kWord,
        .meaning = "The format, if the begin of the file does not tell.",
-       .words = "nsight-sqlite|chrome-json|presentmon|frame-csv|csv", .example = "\"presentmon\""},
+       .words = "sqlite|capframex|chrome-json|presentmon|frame-csv|csv", .example = "\"presentmon\""},
       {.table = "timing.roles", .key = "header", .forms = kInteger, .default_toml = "0",
        .meaning = "For a CSV file: the line that names its columns, if its cells do not tell.",
        .range = between(0, 100'000)},

@@ -104,6 +104,7 @@ constexpr const char* kSamples = "it is a log of samples, taken at times of its 
 constexpr Refused kRefused[] = {
     {"totaldurationns", kTotals},
     {"total time", kTotals},
+    {"calls", kTotals},
     {"hardware monitoring log", kSamples},
     {"0.1% min fps", "it is MangoHud's summary; its log is the file without '_summary'"},
     {"framerate", kSamples},

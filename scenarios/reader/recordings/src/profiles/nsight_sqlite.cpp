@@ -62,8 +62,8 @@ class NsightReader {
     }
     if (found == 0 && !builder_.failed())
       builder_.fail(
-          "is a database without tables of Nsight Systems (CUPTI_ACTIVITY_KIND_KERNEL, NVTX_EVENTS, …); was anything "
-          "of the GPU recorded?");
+          "is a database without tables of Nsight Systems (CUPTI_ACTIVITY_KIND_KERNEL, NVTX_EVENTS, …) and views of rocpd; "
+          "was anything of the GPU recorded?");
   }
 
   std::string schema() const {
@@ -153,12 +153,13 @@ class NsightReader {
 
 }  // namespace
 
-void read_nsight_sqlite(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {
-  builder.profile().format = "Nsight Systems SQLite";
+void read_sqlite(ProfileInput& input, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().time_base = "ns, as its tables have them";
   if (input.packed) return builder.fail("is a gzipped database; unpack it first");
   const Result<Database> database = Database::open(input.path, input.memory);
   if (!database) return builder.fail(fmt::format("SQLite: {}", database.error()));
+  if (read_rocpd(*database, builder)) return;
+  builder.profile().format = "Nsight Systems SQLite";
   NsightReader reader(*database, builder);
   const std::string schema = reader.schema();
   if (!schema.empty()) builder.profile().format += fmt::format(", schema {}", schema);

@@ -12,8 +12,11 @@ namespace internal {
 namespace {
 
 constexpr ProfileFormat kFormats[] = {
-    {"nsight-sqlite", is_sqlite, read_nsight_sqlite},   {"chrome-json", is_chrome_json, read_chrome_json},
-    {"presentmon", is_pictures_csv, read_pictures_csv}, {"frame-csv", is_unreal_csv, read_unreal_csv},
+    {"sqlite", is_sqlite, read_sqlite},
+    {"capframex", is_capframex_json, read_capframex_json},
+    {"chrome-json", is_chrome_json, read_chrome_json},
+    {"presentmon", is_pictures_csv, read_pictures_csv},
+    {"frame-csv", is_unreal_csv, read_unreal_csv},
     {"csv", is_interval_csv, read_interval_csv},
 };
 
@@ -62,6 +65,31 @@ std::string words(std::span<const ProfileFormat> all) {
   return text;
 }
 
+/// Perfetto's own format is a message of packets, field 1 with a length, one behind the other.
+bool is_perfetto_protobuf(std::string_view first) {
+  std::size_t at = 0;
+  for (int packet = 0; packet < 2; ++packet) {
+    if (at >= first.size() || first[at++] != '\x0a') return false;
+    std::size_t length = 0;
+    for (int shift = 0; shift < 28 && at < first.size(); shift += 7) {
+      const auto byte = static_cast<unsigned char>(first[at++]);
+      length |= static_cast<std::size_t>(byte & 0x7F) << shift;
+      if (byte < 0x80) break;
+    }
+    at += length;
+  }
+  return true;
+}
+
+/// What a file is that is no recording that can be read, and what would be one.
+std::string what_else(std::string_view first) {
+  if (is_perfetto_protobuf(first))
+    return "is a trace of Perfetto (protobuf); make JSON of it, which is read: traceconv json FILE trace.json";
+  if (first.starts_with("fps=") || first.starts_with("focus="))
+    return "has the mean rates of gamescope (--stats-path), not the times of pictures; MangoHud logs these (log_interval=0)";
+  return fmt::format("is no recording that can be read; the formats are {}", words(kFormats));
+}
+
 /// Why a CSV is none that is known, and what would help.
 void refuse_csv(const ProfileOptions& options, const CsvHead& head, ProfileBuilder& builder) {
   std::string columns;
@@ -95,7 +123,7 @@ const ProfileFormat* format_for(const ProfileOptions& options, const ProfileInpu
   if (options.header > 0 && input.head.line == 0)
     builder.fail(fmt::format("--header {}: there is no such line in its first 64 KiB", options.header));
   else if (input.head.line == 0)
-    builder.fail(fmt::format("is no recording that can be read; the formats are {}", words(kFormats)));
+    builder.fail(what_else(input.first));
   else
     refuse_csv(options, input.head, builder);
   return nullptr;

@@ -23,7 +23,7 @@ struct ProfileInput {
 };
 
 struct ProfileFormat {
-  const char* word;  ///< for --format: "nsight-sqlite"
+  const char* word;  ///< for --format: "sqlite"
   bool (*detect)(const ProfileInput& input);
   void (*read)(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
 };
@@ -33,7 +33,9 @@ std::span<const ProfileFormat> formats();
 
 // Each is in a source of its own.
 bool is_sqlite(const ProfileInput& input);
-void read_nsight_sqlite(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
+void read_sqlite(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
+bool is_capframex_json(const ProfileInput& input);
+void read_capframex_json(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
 bool is_chrome_json(const ProfileInput& input);
 void read_chrome_json(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
 bool is_pictures_csv(const ProfileInput& input);

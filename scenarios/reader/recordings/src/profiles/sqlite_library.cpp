@@ -109,13 +109,15 @@ std::string Database::query(const std::string& sql, const std::function<bool(con
   return error;
 }
 
-std::vector<std::string> Database::columns(const std::string& table) const {
+std::vector<std::string> Database::columns(const std::string& name, Kind kind) const {
   std::vector<std::string> names;
-  bool is_table = false;
-  const auto ignored = query("SELECT 1 FROM sqlite_master WHERE type = 'table' AND rootpage > 0 AND name = '" + table + "'",
-                             [&](const Row&) { return is_table = true, false; });
-  if (is_table) {
-    const auto error = query("PRAGMA table_info('" + table + "')", [&](const Row& row) {
+  bool is_there = false;
+  // A table with pages of its own: a virtual one would run code.
+  const std::string of_kind = kind == Kind::view ? "type = 'view'" : "type = 'table' AND rootpage > 0";
+  const auto ignored = query("SELECT 1 FROM sqlite_master WHERE " + of_kind + " AND name = '" + name + "'",
+                             [&](const Row&) { return is_there = true, false; });
+  if (is_there) {
+    const auto error = query("PRAGMA table_info('" + name + "')", [&](const Row& row) {
       names.emplace_back(row.text(1));
       return names.size() < 1000;
     });

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "evenstep/time/result.h"
+#include "profile_builder.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -21,8 +22,9 @@ class Database {
   /// beside it.
   static Result<Database> open(const std::string& path, std::string_view memory);
 
-  /// The columns of a table; empty if there is no such table. A view is none.
-  std::vector<std::string> columns(const std::string& table) const;
+  enum class Kind { table, view };
+  /// The columns of a table, or of a view; empty if there is none of this name and kind.
+  std::vector<std::string> columns(const std::string& name, Kind kind = Kind::table) const;
 
   /// The row that a query has come to.
   class Row {
@@ -46,5 +48,8 @@ class Database {
   explicit Database(sqlite3* database) : database_(database) {}
   std::unique_ptr<sqlite3, Close> database_;
 };
+
+/// False if it is no database of rocpd.
+bool read_rocpd(const Database& database, ProfileBuilder& builder);
 
 }  // namespace evenstep::internal

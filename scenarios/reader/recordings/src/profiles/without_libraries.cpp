@@ -15,7 +15,7 @@ class RefusedBytes : public Bytes {
 
 std::unique_ptr<Bytes> unpacked(std::unique_ptr<Bytes>) { return std::make_unique<RefusedBytes>(); }
 
-void read_nsight_sqlite(ProfileInput&, const ProfileOptions&, ProfileBuilder& builder) {
+void read_sqlite(ProfileInput&, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().format = "SQLite";
   builder.fail("is a database, and " + refusal_without(build_option::kProfiles, "export it as CSV"));
 }
