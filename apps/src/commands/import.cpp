@@ -229,7 +229,7 @@ void add_import(Commands& commands) {
       "import", "a profiler's file as timing.csv: which of its names are segments, visualizations and steps", import);
   command.operand(
       "file", arguments.file,
-      "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
+      "Nsight Systems or rocpd SQLite, CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
       "recording of `run --record`");
   command.flag("--list", arguments.list,
                "only its names, with count, median length and period, and which of them the roles given would take");
