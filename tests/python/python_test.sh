@@ -6,7 +6,7 @@ python=$1 file=$2
 for module in numpy pytest; do
   "$python" -c "import $module" 2>/dev/null || { echo "skipped: $python has no $module (Debian: python3-$module)"; exit 77; }
 done
-output=$("$python" -m pytest -q -rs -p no:cacheprovider -p evenstep.pytest_plugin "$file" 2>&1)
+output=$("$python" -m pytest -q -rs -p no:cacheprovider "$file" 2>&1)
 status=$?
 printf '%s\n' "$output"
 last=${output##*$'\n'}

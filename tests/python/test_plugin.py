@@ -4,8 +4,7 @@ import sys
 
 
 def pytest_of(folder, *words):
-    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "evenstep.pytest_plugin",
-                           *words], cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words], cwd=folder, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout
 
 
