@@ -130,8 +130,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-evenstep)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 # The extension module is for one version of CPython.
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}), \
-python3-numpy, libpython3.${Python3_VERSION_MINOR}-stdlib")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3.${Python3_VERSION_MINOR}, python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS ${CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS})
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pytest, evenstep (= ${PROJECT_VERSION})")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The package evenstep of Python, with its plugin of pytest.")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# python_test.sh PYTHON FILE : runs the tests of a file by pytest; exits with 77 where pytest, numpy or all that the file asks
-# for is missing, and says what.
+# python_test.sh PYTHON FILE : runs the tests of a file by pytest; exits with 77 where pytest, numpy or all that the file
+# asks for is missing, and says what.
 set -uo pipefail
 python=$1 file=$2
 for module in numpy pytest; do

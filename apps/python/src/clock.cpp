@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <set>
-#include <variant>
 
 #include "common.h"
 #include "evenstep/clock/virtual_clock.h"
@@ -59,8 +58,6 @@ class PythonClock {
     threads_.clear();
     scheduler_.reset();
   }
-  PythonClock(const PythonClock&) = delete;
-  PythonClock& operator=(const PythonClock&) = delete;
 
   Scheduler& scheduler() {
     if (!scheduler_) throw std::logic_error("the clock is closed");
@@ -76,8 +73,7 @@ class PythonClock {
   }
   void keep(std::unique_ptr<SteppedThread> thread) { threads_.push_back(std::move(thread)); }
   void note(py::handle value) {
-    if (!running_)
-      throw std::logic_error("note() belongs into an event: after the first await");
+    if (!running_) throw std::logic_error("note() belongs into an event: after the first await");
     const Doubles numbers = Doubles::ensure(value);
     if (!numbers) throw py::error_already_set();
     for (py::ssize_t i = 0; i < numbers.size(); ++i) scheduler().note(numbers.data()[i]);
@@ -243,7 +239,6 @@ void define_clock(py::module_& module) {
       .def_property_readonly("now_ns", [](PythonClock& clock) { return clock.scheduler().now().ns; })
       .def_property_readonly("trace_hash",
                              [](PythonClock& clock) { return fmt::format("{:016x}", clock.scheduler().trace_hash()); })
-      .def_property_readonly("event_count", [](PythonClock& clock) { return clock.scheduler().event_count(); })
       .def("events",
            [](PythonClock& clock) {
              py::list events;

@@ -31,12 +31,7 @@ auto guarded(const Error& error, Call call) -> decltype(call()) {
   }
 }
 
-Doubles row_of(const glm::dvec3& v) {
-  Doubles row(3);
-  double* const at = row.mutable_data();
-  at[0] = v.x, at[1] = v.y, at[2] = v.z;
-  return row;
-}
+Doubles row_of(const glm::dvec3& v) { return Doubles(3, &v.x); }
 
 glm::dvec3 vector_of(const double* at) { return {at[0], at[1], at[2]}; }
 
