@@ -1,6 +1,8 @@
 """The types of the package, and of a program that uses it, as mypy sees them."""
+import importlib.util
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,11 +31,11 @@ bad: evenstep.Solver = Spoon()
 
 def mypy(*words):
     environment = dict(os.environ, MYPYPATH=str(Path(os.environ["EVENSTEP_BUILD"]) / "apps/python"))
-    try:
-        return subprocess.run(["/usr/bin/mypy", "--strict", "--cache-dir", f"{os.environ['EVENSTEP_BUILD']}/mypy-cache", "--python-version", "3.11", *map(str, words)],
-                              capture_output=True, text=True, env=environment, check=False)
-    except FileNotFoundError:
+    if importlib.util.find_spec("mypy") is None:
         pytest.skip("mypy is not installed (Debian: mypy)")
+    options = ["--strict", "--cache-dir", f"{os.environ['EVENSTEP_BUILD']}/mypy-cache", "--python-version", "3.11"]
+    return subprocess.run([sys.executable, "-m", "mypy", *options, *map(str, words)], capture_output=True, text=True,
+                          env=environment, check=False)
 
 
 def test_mypy_accepts_the_package_and_its_user_and_sees_what_is_wrong(tmp_path):
