@@ -49,7 +49,7 @@ within() {
 trace_hashes() { (cd -- "$1" && grep -ro '"trace_hash":"[0-9a-f]*"' --include=summary.json . | LC_ALL=C sort); }
 
 try_packages() {
-  local package
+  local package names
   ls -- "$debian"/packages/*.deb
   for package in "$debian"/packages/*.deb; do
     dpkg-deb --field "$package" Package Version Depends Recommends Installed-Size
@@ -57,15 +57,23 @@ try_packages() {
   # The packages' dependencies are installed first, so that after removal exactly what the packages brought must be gone.
   quietly within sh -c 'apt-get install -y --no-install-recommends g++ cmake ninja-build ocl-icd-libopencl1 pocl-opencl-icd \
     libhidapi-hidraw0 $(dpkg-deb --field /packages/evenstep_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g") \
-    $(dpkg-deb --field /packages/libevenstep-dev_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g")'
+    $(dpkg-deb --field /packages/libevenstep-dev_*.deb Depends | sed "s/([^)]*)//g; s/,/ /g") \
+    $(for package in /packages/python3-evenstep_*.deb; do [ ! -e "$package" ] ||
+      dpkg-deb --field "$package" Depends | sed "s/([^)]*)//g; s/,/ /g"; done)'
   files_of_debian >"$work/before"
   quietly within sh -c 'apt-get install -y /packages/*.deb'
   quietly within sh -c 'cd /root && evenstep run scenarios/paper/figure-1.toml'
   grep PASS "$work/log" || fail "Figure 1 has no verdict"
+  names=(evenstep libevenstep-dev)
+  if compgen -G "$debian/packages/python3-evenstep_*.deb" >/dev/null; then
+    names+=(python3-evenstep)
+    quietly within python3 -B -c 'import evenstep
+assert evenstep.run("/usr/share/evenstep/scenarios/paper/figure-1-spring.toml").ok'
+  fi
   tar -C "$source_dir" -c examples/scheduler | within tar -C /root -x
   quietly within sh -c 'cd ~/examples/scheduler && cmake -G Ninja -B build && cmake --build build &&
     ctest --test-dir build'
-  quietly within apt-get purge -y evenstep libevenstep-dev
+  quietly within apt-get purge -y "${names[@]}"
   files_of_debian >"$work/after"
   diff -- "$work/before" "$work/after" || fail "the packages leave files behind (> new)"
   echo "installed, ran Figure 1, served a consumer, removed"

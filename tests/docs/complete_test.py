@@ -14,13 +14,13 @@ from pathlib import Path
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2]).resolve()
 
 # Options of other programs that pages name.
-OTHERS_OPTIONS = set("""--allow-empty --array --build --cap-add --cflags --component --config --coverage
+OTHERS_OPTIONS = set("""--allow-empty --array --build --cap-add --cflags --component --config --config-settings --coverage
 --exclude --exclude-throw-branches --exclude-unreachable-branches --install --libs
---no-install-recommends --output-on-failure --prefix --preset --requeue --resume-failed --sshlogin
+--no-deps --no-install-recommends --output-on-failure --prefix --preset --requeue --resume-failed --sshlogin
 --target --test-dir
 --type --ulimit""".split())
 # Of the repository's own scripts, test programs and examples.
-OWN_OPTIONS = {"--benchmark", "--svg", "--update"}
+OWN_OPTIONS = {"--benchmark", "--evenstep-long", "--evenstep-set", "--svg", "--update"}
 # Names in EVENSTEP_... that are no variables: ends with _ or … in the text, or what a C header defines.
 NO_VARIABLES = re.compile(r"EVENSTEP_(REMAP|CL|OLDEST)_|EVENSTEP_\w*_$")
 

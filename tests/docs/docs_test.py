@@ -40,7 +40,7 @@ HERE = Path(__file__).resolve().parent
 KINDS = {"parsed", "long", "fails", "elsewhere"}
 MOST_WORDS, MOST_WORDS_OF_ALL = 4000, 85000
 LOOKED_UP = ("docs/reference/scenario-format.md", "docs/reference/metrics.md")
-EXPECTED_EXCEPTIONS = 70  # a new one needs a reason and this number
+EXPECTED_EXCEPTIONS = 71  # a new one needs a reason and this number
 
 
 def fenced_blocks(page):

@@ -229,6 +229,26 @@ case_a_compiler_or_library_that_is_too_old_is_refused_with_its_version() {
     echo 'set(PACKAGE_VERSION_COMPATIBLE ON)' >"$package/${package}ConfigVersion.cmake"
   done
 }
+case_the_package_of_python_is_a_component_of_its_own() {
+  local module python
+  module=$(find "$build_dir/apps/python/evenstep" -name '_core.*.so' 2>/dev/null)
+  [[ $module ]] || { echo "skipped: EVENSTEP_PYTHON is off"; exit 77; }
+  [[ ! -d $prefix/lib/python3 ]] || fail "another component brings it"
+  quietly cmake --install "$build_dir" --component python --prefix "$here/only"
+  [[ $(cd only && find . -mindepth 2 -maxdepth 2 | sort | tr '\n' ' ') == './lib/python3 ./share/doc ' ]] ||
+    fail "it brings more"
+  python=$(sed -n 's/^_Python3_EXECUTABLE:INTERNAL=//p' "$build_dir/CMakeCache.txt")
+  "$python" -c 'import numpy' 2>/dev/null || { echo "skipped: $python has no numpy"; exit 77; }
+  cat >use.py <<'END'
+import sys
+import evenstep
+run = evenstep.run(sys.argv[1])
+print(evenstep.__file__, run.verdict, len(run.series["paper"].steps))
+END
+  PYTHONPATH=$here/only/lib/python3/dist-packages quietly "$python" use.py \
+    "$prefix/share/evenstep/scenarios/paper/figure-1-spring.toml"
+  grep -qx "$here/only/lib/python3/dist-packages/evenstep/__init__.py pass 1799" log || { cat log; fail "another answer"; }
+}
 # The commands of docs/begin/install.md, exactly as they are there, and the project that its listings make.
 case_the_page_says_what_works() {
   source "$source_dir/tests/install/page.sh"

@@ -60,6 +60,7 @@ RULES = {
                     "^(device/src/inverse3/inverse3_socket|apps/src/live/scope_server|tests/)",
                     r'# *include *[<"](boost/(asio|beast)|sys/socket)'),
     "unfinished": Rule("no unfinished work", "", NOWHERE, r"\b(TODO|FIXME|XXX)\b", comments=True),
+    "Python": Rule("Python only in apps/python", SOURCE, "^apps/python/src/", r'# *include *[<"](pybind11/|Python\.h)'),
     "OpenGL": Rule("OpenGL only in draw", SOURCE, "^sim/draw/src/", r'# *include *[<"](EGL|GLES[0-9]|GL)/'),
     "Catch2": Rule('Catch2 only as #include "catch.h", which has what versions 2 and 3 share', SOURCE, r"^tests/catch\.h$",
                    r'# *include *[<"]catch2/|\bCatch::Matchers::'),
@@ -213,6 +214,8 @@ PROOFS = [
     ("sockets", "#include <boost/math/distributions/beta.hpp>", [], ["reports/src/a.cpp"]),
     *(("unfinished", f"// {word}: later", *WORDS) for word in ["TODO", "FIXME", "XXX"]),
     ("unfinished", "// MAXXXX", [], ["sim/src/solver.cpp"]),
+    ("Python", "#include <pybind11/numpy.h>", ["harness/src/run.cpp", "apps/src/output.cpp"], ["apps/python/src/runs.cpp"]),
+    ("Python", "#include <Python.h>", ["sim/src/solver.cpp"], []),
     ("OpenGL", "#include <GLES3/gl3.h>", ["harness/src/parts/visualization.cpp"], []),
     ("OpenGL", "#include <EGL/egl.h>", [], ["sim/draw/src/gl_library.h"]),
     *(("Catch2", line, ["tests/sim/solver_test.cpp", "tests/scheduler/rig.h"], ["tests/catch.h"]) for line in [

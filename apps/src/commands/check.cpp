@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "evenstep/apps/explain.h"
 #include "evenstep/campaigns/cost.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
@@ -487,13 +488,15 @@ ExitCode explain_cost(const Scenario& scenario, const std::atomic<bool>& interru
   return ExitCode::not_reproducible;
 }
 
-/// One scenario; what is wrong with it goes into the facts and to stderr.
-ExitCode check_one(const std::string& file, const CheckArguments& arguments, const std::atomic<bool>& interrupted,
-                   const Registry& registry, Facts& facts) {
-  const ReadOptions options{arguments.set, std::nullopt, registry};
+/// One scenario; what is wrong with it goes into the facts and into `errors`.
+ExitCode check_one(const std::string& file, const ReadOptions& options, bool cost, const std::atomic<bool>& interrupted,
+                   Facts& facts, std::vector<Diagnostic>& errors) {
   const ReadResult read = read_scenario(file, options);
-  if (read && !read->timing.trace_damage.empty()) spdlog::warn("{}: {}", read->timing.trace_file, read->timing.trace_damage);
-  std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
+  if (read && !read->timing.trace_damage.empty()) {
+    spdlog::warn("{}: {}", read->timing.trace_file, read->timing.trace_damage);
+    facts.add("damage", read->timing.trace_damage, "");
+  }
+  errors = read ? check_expectations(*read) : read.error();
   if (errors.empty()) errors = missing_in_build(*read);
   if (errors.empty() && read->sweep) errors = check_sweep(file, options);
   if (errors.empty()) {
@@ -503,8 +506,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
       ExitCode code = !errors.empty()                     ? ExitCode::usage
                       : facts.json()["verdict"] == "open" ? ExitCode::pass
                                                           : ExitCode::expectation_failed;
-      if (arguments.cost) code = worse(code, explain_cost(*read, interrupted, facts));
-      print(errors);
+      if (cost) code = worse(code, explain_cost(*read, interrupted, facts));
       return code;
     } catch (const SolverError& error) {
       errors = {refusal_of(*read, error)};
@@ -512,7 +514,6 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
       errors = {{file, 0, 0, std::string(failure.what()) + "; " + failure.remedy}};
     }
   }
-  print(errors);
   facts.add("file", file, "");
   facts.add("verdict", "refused", "");
   facts.add("errors", json_of(errors), "");
@@ -527,7 +528,10 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
   for (const std::string& file : *files) {
     if (interrupted) return ExitCode::interrupted;
     Facts facts;
-    code = worse(code, check_one(file, arguments, interrupted, registry, facts));
+    std::vector<Diagnostic> errors;
+    const ReadOptions options{arguments.set, std::nullopt, registry};
+    code = worse(code, check_one(file, options, arguments.cost, interrupted, facts, errors));
+    print(errors);
     if (arguments.json)
       documents.push_back(facts.json());
     else
@@ -552,3 +556,17 @@ void add_check(Commands& commands) {
 }
 
 }  // namespace evenstep::app
+
+namespace evenstep {
+
+Explained explain_scenario(const std::string& file, const ReadOptions& options) {
+  app::Facts facts;
+  Explained explained;
+  const std::atomic<bool> interrupted{false};
+  explained.exit = app::check_one(file, options, false, interrupted, facts, explained.errors);
+  explained.json = facts.json().dump();
+  explained.damage = facts.json().value("damage", "");
+  return explained;
+}
+
+}  // namespace evenstep
