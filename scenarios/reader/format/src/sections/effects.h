@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "src/field_rows.h"
@@ -39,7 +40,16 @@ void read_effects(const Table& table, const Table& device, Spec& spec, Errors& e
   spec.options.gain = table.number("gain");
   spec.options.springs = device.table("render").text("kind") == "device_spring";
   read_signs(table, spec.options, errors);
-  spec.options.effect_duration = table.duration("effect_duration");
+  if (spec.options.springs && spec.options.full_scale_N && table.at("springs").list.empty()) {
+    errors.add(
+        device.table("render").place("kind"),
+        "'render': the device has no spring whose sign is known; measure it (docs/devices/hid.md) and write springs = "
+        "[\"x\"] beside its travel, or let this program render: kind = \"local\"");
+  }
+  if constexpr (std::is_same_v<Spec, PidSpec>) {
+    if (table.text("effect_duration") == "none") spec.options.effect_duration.reset();
+  }
+  if (table.text("effect_duration") != "none") spec.options.effect_duration = table.duration("effect_duration");
   spec.firmware_rate = table.rate("firmware_rate");
 }
 
@@ -49,6 +59,9 @@ struct EffectTexts {
   std::string_view travel, full_scale, reversed_force;  // meanings
   std::string_view axes, signed_axes;                   // words
   double longest_effect_s = 0;
+  std::string_view effect_duration =  // meaning
+      "Time after its last start at which an effect ends by itself; it is started again after half of that time.";
+  std::string_view endless;  // a word in place of the duration
 };
 
 // clang-format off: a row reads as a row
@@ -105,14 +118,14 @@ inline std::vector<Field> effect_rows(const EffectTexts& texts) {
        .shape = Shape::list,
        .default_toml = "[]",
        .meaning = "Axes along which the device may render springs by itself because the sign was measured; `-y`: a positive "
-                  "coefficient pushes away from the center. Without it only `x`, and not if its force is reversed.",
+                  "coefficient pushes away from the center. Along the others the program renders them.",
        .words = texts.signed_axes},
       {.table = texts.table,
        .key = "effect_duration",
-       .forms = kDuration,
+       .forms = texts.endless.empty() ? kDuration : kDuration | kWord,
        .default_toml = "\"0.5 s\"",
-       .meaning =
-           "Time after its last start at which an effect ends by itself; it is started again after half of that time.",
+       .meaning = texts.effect_duration,
+       .words = texts.endless,
        .range = between(0.01, texts.longest_effect_s)},
   };
 }
