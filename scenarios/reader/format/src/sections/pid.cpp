@@ -75,8 +75,9 @@ std::vector<Field> PidSpec::fields() {
       device,
       joined(
           effect_rows(
-              {.table = "device.pid",
-               .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.",
+              {.table = "device.pid", .wheel_table = "device.pid.wheel",
+               .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used. "
+                         "Obligatory without `wheel`.",
                .full_scale =
                    "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it "
                    "the device "
