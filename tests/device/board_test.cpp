@@ -461,3 +461,32 @@ TEST_CASE("on OpenFFBoard a force rises from its attack level and falls to its f
   send({10, 1, 1, 1});
   for (const std::int64_t ms : {402, 403, 600, 801}) CHECK(force_at(ms) == Approx(5).margin(0.01));
 }
+
+TEST_CASE("random reports to each board end without harm and force along its motors within its full scale") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    std::mt19937_64 random(11);
+    VirtualClock clock;
+    SimulatedBoardOptions options;
+    options.kind = kind;
+    SimulatedBoard device(clock, ProgrammedMotion{ConstantVelocity{{0.1, -0.05, 0}, Duration{0}}, RealTime{}}, options);
+    const auto draw = [&](std::uint64_t below) { return random() % below; };
+    std::array<std::byte, 24> bytes;
+    const bool is_strict =
+        kind != BoardKind::arduino && kind != BoardKind::openffboard_1 && kind != BoardKind::openffboard_2;
+    const std::uint64_t first_id = is_strict ? 0x30 : 0;
+    for (int i = 0; i < 10'000; ++i) {
+      for (std::byte& byte : bytes) byte = static_cast<std::byte>(draw(256) & (draw(2) == 0 ? 0xFF : 0x07));
+      if (draw(4) != 0) bytes[0] = static_cast<std::byte>(first_id + draw(20));
+      const auto report = std::span(bytes).first(draw(25));
+      const std::uint64_t how = draw(4);
+      if (how == 0) device.set_feature(report);
+      if (how == 1) device.get_feature(report);
+      if (how > 1) device.write(report);
+      if (draw(8) == 0)
+        clock.wait_until(RealTime{clock.now().ns + static_cast<std::int64_t>(draw(static_cast<std::uint64_t>(kMs)))});
+      const glm::dvec3 force_N = device.motors().force_N;
+      REQUIRE((std::abs(force_N.x) <= 10 && std::abs(force_N.y) <= (motors_of(kind) > 1 ? 10 : 0) && force_N.z == 0));
+    }
+  }
+}
