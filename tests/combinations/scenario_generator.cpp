@@ -99,9 +99,18 @@ const std::map<std::string_view, std::vector<std::string_view>>& hints() {
 
 /// These tables are found more often than their share of the keys, because what is programmed there is what a run is about.
 double weight_of(std::string_view table) {
-  static const std::map<std::string_view, double> weights{
-      {"run.strategies", 4}, {"remap", 4},         {"scene.lattice", 1e9}, {"scene.spacing", 0.2},
-      {"expect", 5},         {"device.motion", 5}, {"device.render", 2},   {"timing.jitter", 3}};
+  static const std::map<std::string_view, double> weights{{"run.strategies", 4},
+                                                          {"remap", 4},
+                                                          {"scene.lattice", 1e9},
+                                                          {"scene.spacing", 0.2},
+                                                          {"expect", 5},
+                                                          {"device.motion", 5},
+                                                          {"device.render", 2},
+                                                          {"timing.jitter", 3},
+                                                          {"device.pid.travel", 1e9},
+                                                          {"device.evdev.travel", 1e9},
+                                                          {"device.pid.wheel", 0.2},
+                                                          {"device.evdev.wheel", 0.2}};
   const auto found = weights.find(table);
   return found == weights.end() ? 1 : found->second;
 }
@@ -122,6 +131,10 @@ constexpr Companion kCompanions[] = {
     {"timing.roles", "timing.roles.name", ""},
     {"timing.roles", "timing.roles.begin", ""},
     {"timing.roles", "timing.roles.end", ""},
+    {"device.pid.wheel", "device.pid.travel", "-"},
+    {"device.pid.wheel", "device.pid.full_scale", "-"},
+    {"device.evdev.wheel", "device.evdev.travel", "-"},
+    {"device.evdev.wheel", "device.evdev.full_scale", "-"},
     {"timing.governor.forecast", "timing.governor.over_budget", "\"skip\""},
     {"timing.governor.forecast", "timing.governor.budget", ""},
     {"study.stiffness_limit", "device.motion", ""},

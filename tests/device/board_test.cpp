@@ -14,7 +14,18 @@ using Log = std::vector<std::string>;
 
 namespace {
 
-int axes_of(BoardKind kind) { return kind == BoardKind::openffboard_1 ? 1 : 2; }
+int axes_of(BoardKind kind) { return motors_of(kind); }
+
+/// Those that start() does not refuse.
+std::vector<NamedBoard> drivable_boards() {
+  std::vector<NamedBoard> boards;
+  for (const NamedBoard& board : simulated_boards()) {
+    const bool is_refused = board.kind == BoardKind::load_error_first || board.kind == BoardKind::load_never ||
+                            board.kind == BoardKind::load_always_1;
+    if (!is_refused) boards.push_back(board);
+  }
+  return boards;
+}
 
 /// 10 N over 0.4 m along each axis that has a motor, with the signs that a user would measure on that board.
 PidOptions options_for(BoardKind kind) {
@@ -23,6 +34,7 @@ PidOptions options_for(BoardKind kind) {
   options.full_scale_N = 10;
   options.gain = 1;
   if (kind == BoardKind::arduino) options.reversed_force = {true, true, false};
+  if (kind == BoardKind::no_duration) options.effect_duration.reset();
   return options;
 }
 
@@ -30,6 +42,7 @@ PidOptions with_springs(BoardKind kind) {
   PidOptions options = options_for(kind);
   options.springs = true;
   options.reversed_spring = {false, false, std::nullopt};
+  if (kind == BoardKind::pxn) options.reversed_spring = {};  // whoever measures its springs feels nothing
   options.full_slope_N_per_m = glm::dvec3(50);
   return options;
 }
@@ -71,7 +84,7 @@ void require_rendered(const glm::dvec3& rendered, const glm::dvec3& wanted, Boar
 
 TEST_CASE("on every board the force asked for acts along its axes with its sign and along no other, 200 forces and gains") {
   std::mt19937_64 random(3);
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     for (const double gain : {1.0, 0.25, 0.01}) {
       PidOptions options = options_for(kind);
@@ -98,7 +111,7 @@ TEST_CASE("on every board the force asked for acts along its axes with its sign 
 }
 
 TEST_CASE("on no board a force along one axis ever acted along another") {
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     BoardBench bench(kind, options_for(kind));
     bench.driver->start();
@@ -129,7 +142,7 @@ TEST_CASE("Set Effect of a force has Direction Enable alone and that of a spring
 }
 
 TEST_CASE("a board that never says that its safety switch is closed is driven all the same") {
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     BoardBench bench(kind, options_for(kind));
     bench.driver->start();
@@ -168,9 +181,9 @@ TEST_CASE("a switch that was seen closed cuts when it opens and the driver names
 
 TEST_CASE("on every board a spring of a measured sign pulls towards its center with its slope, 600 times along X and Y") {
   std::mt19937_64 random(4);
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
-    for (int axis = 0; axis < axes_of(kind); ++axis) {
+    for (int axis = 0; axis < axes_of(kind) && with_springs(kind).reversed_spring[0]; ++axis) {
       glm::dvec3 at{0};
       at[axis] = 0.1;
       BoardBench bench(kind, with_springs(kind), Still{at});
@@ -196,8 +209,8 @@ TEST_CASE("on every board a spring of a measured sign pulls towards its center w
   }
 }
 
-TEST_CASE("a spring whose sign nobody measured is rendered along X alone and not where the force is reversed") {
-  for (const auto& [name, kind] : simulated_boards()) {
+TEST_CASE("a spring whose sign nobody measured is rendered along no axis of any board") {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     PidOptions options = with_springs(kind);
     options.reversed_spring = {};
@@ -208,11 +221,9 @@ TEST_CASE("a spring whose sign nobody measured is rendered along X alone and not
     spring.below_N_per_m = spring.above_N_per_m = {20, 20, 0};
     spring.limit_N = {10, 10, 0};
     const DeviceSpring rendered = bench.driver->write_spring(spring);
-    CHECK(rendered.above_N_per_m.y == 0);
-    const bool along_x = kind != BoardKind::arduino;  // the Arduino library's force is reversed
-    CHECK((rendered.above_N_per_m.x > 0) == along_x);
-    require_rendered(bench.device.motors().force_N, {along_x ? -2 : 0, 0, 0}, kind);
-    CHECK(bench.device.motors().effects_playing == axes_of(kind) + along_x);
+    CHECK((rendered.above_N_per_m == glm::dvec3(0) && rendered.below_N_per_m == glm::dvec3(0)));
+    require_rendered(bench.device.motors().force_N, {0, 0, 0}, kind);
+    CHECK(bench.device.motors().effects_playing == axes_of(kind));
   }
 }
 
@@ -231,7 +242,8 @@ TEST_CASE("a spring measured as reversed is sent with negative coefficients") {
 }
 
 TEST_CASE("no board is left with a force when its driver hangs, and each ends it by itself") {
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
+    if (kind == BoardKind::no_duration) continue;  // it is refused for that reason, unless the user says otherwise
     INFO(name);
     BoardBench bench(kind, options_for(kind));
     bench.driver->start();
@@ -281,9 +293,106 @@ TEST_CASE("an axis that Axes Enable does not list has no force and is refused by
   CHECK(is_still(bench.device.motors()));
 }
 
-TEST_CASE("the axes that have a force are those that Axes Enable lists, or without it those of a direction, or X") {
+TEST_CASE("a board whose Block Load tells no block of its own is refused with what to write instead and left still") {
+  for (const auto& [kind, says] : {std::pair(BoardKind::load_never, "whether an effect was loaded"),
+                                   std::pair(BoardKind::load_always_1, "in which block of its own"),
+                                   std::pair(BoardKind::load_error_first, "reports an error on loading an effect")}) {
+    BoardBench bench(kind, options_for(kind));
+    CHECK_THROWS_WITH(bench.driver->start(), Contains(says));
+    if (kind != BoardKind::load_error_first)
+      CHECK_THROWS_WITH(bench.driver->start(), Contains("leave out full_scale to read its positions alone"));
+    CHECK(is_still(bench.device.motors()));
+  }
+  // A single effect has no other whose block it could be given.
+  PidOptions options = options_for(BoardKind::load_always_1);
+  options.travel_m.y = 0;
+  BoardBench one(BoardKind::load_always_1, options);
+  one.driver->start();
+  one.tick(0, {3, 0, 0});
+  require_rendered(one.device.motors().force_N, {3, 0, 0}, BoardKind::load_always_1);
+}
+
+TEST_CASE("an answer with the block of the effect before is asked again until the effect has its own") {
+  BoardBench bench(BoardKind::late_load, with_springs(BoardKind::late_load));
+  bench.driver->start();
+  CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "g 42") == 4 * 4);
+  CHECK(bench.device.motors().effects_allocated == 4);
+  CHECK_FALSE(bench.driver->pid_counters().pool_unknown);  // its pool declares no number
+}
+
+TEST_CASE("an effect that would never end is refused unless the user says that it may, and then it lasts") {
+  PidOptions options = options_for(BoardKind::no_duration);
+  options.effect_duration = Duration{500 * kMs};
+  BoardBench refused(BoardKind::no_duration, options);
+  CHECK_THROWS_WITH(refused.driver->start(), Contains("no Duration (0x0F0050)") && Contains("effect_duration = \"none\""));
+  CHECK(refused.transport.log.empty());
+  BoardBench bench(BoardKind::no_duration, options_for(BoardKind::no_duration));
+  bench.driver->start();
+  bench.tick(0, {2, 0, 0});
+  bench.clock.wait_until(RealTime{60'000 * kMs});
+  require_rendered(bench.device.motors().force_N, {2, 0, 0}, BoardKind::no_duration);
+}
+
+TEST_CASE("0xFFFF ms are 65.5 s on a board that knows no eternity and the driver renews them long before") {
+  PidOptions options = options_for(BoardKind::moza);
+  options.effect_duration.reset();
+  BoardBench bench(BoardKind::moza, options);
+  bench.driver->start();
+  for (std::int64_t k = 0; k < 70'000; k += 250) bench.tick(k, {1, 0, 0});
+  CHECK(bench.device.motors().effects_ended == 0);
+  bench.clock.wait_until(RealTime{(70'000 + 65'600) * kMs});
+  CHECK(bench.device.motors().effects_ended == 1);
+}
+
+TEST_CASE("a spring that is asked for by name and that the device cannot render is refused with what it lacks") {
+  using Options = PidDescriptorOptions;
+  const auto refusal = [](bool Options::*part) {
+    SimulatedPidOptions device = pid_device(PidFlavour::mask);
+    device.descriptor.*part = false;
+    PidOptions options = pid_options();
+    options.springs = true;
+    options.reversed_spring = {false, false, std::nullopt};
+    PidBench bench(device, options);
+    try {
+      bench.driver->start();
+    } catch (const DeviceError& error) {
+      CHECK(bench.transport.log.empty());
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK_THAT(refusal(&Options::parameter_block),
+             Contains("no spring along Y") && Contains("(0x0F0023)") && Contains("leave Y out of 'springs'"));
+  CHECK_THAT(refusal(&Options::conditions), Contains("no spring along X") && Contains("Set Condition (0x0F005F)"));
+  CHECK(refusal(&Options::dead_band).empty());
+}
+
+TEST_CASE("a spring of the board that has one coefficient for both sides is rendered on both or not at all") {
+  BoardBench bench(BoardKind::asetek, with_springs(BoardKind::asetek), Still{{-0.1, 0, 0}});
+  bench.driver->start();
+  bench.tick(0, {0, 0, 0});
+  DeviceSpring wall;
+  wall.above_N_per_m.x = 20;
+  wall.limit_N.x = 10;
+  CHECK(bench.driver->write_spring(wall).above_N_per_m.x == 0);
+  CHECK(bench.device.motors().force_N == glm::dvec3(0));
+  wall.below_N_per_m.x = 20;
+  CHECK(bench.driver->write_spring(wall).above_N_per_m.x == Approx(20).margin(0.01));
+  require_rendered(bench.device.motors().force_N, {2, 0, 0}, BoardKind::asetek);
+}
+
+TEST_CASE("of two commands at once both are the same because 0 is one of them") {
+  BoardBench bench(BoardKind::two_commands, options_for(BoardKind::two_commands));
+  bench.driver->start();
+  bench.driver->stop();
+  CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "w 36 03 03") == 2);  // Device Reset
+  CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "w 36 01 01") == 1);  // Disable Actuators
+  CHECK_FALSE(bench.device.motors().actuators_enabled);
+}
+
+TEST_CASE("the axes that have a force are those that Axes Enable lists, or else X, and Y if there is a second direction") {
   using Axes = std::array<bool, pid::kAxes>;
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     BoardBench bench(kind, options_for(kind));
     CHECK(pid_force_axes(layout_of(bench.device)) == Axes{true, axes_of(kind) == 2, false});
@@ -305,7 +414,7 @@ TEST_CASE("start resets twice, stops all and sets the device's gain to its maxim
 }
 
 TEST_CASE("a board without room and one that fails to load are errors of their own and are left still") {
-  for (const auto& [name, kind] : simulated_boards()) {
+  for (const auto& [name, kind] : drivable_boards()) {
     INFO(name);
     SimulatedBoardOptions full, failing;
     full.pool_effects = 0;
@@ -351,4 +460,33 @@ TEST_CASE("on OpenFFBoard a force rises from its attack level and falls to its f
   send({2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
   send({10, 1, 1, 1});
   for (const std::int64_t ms : {402, 403, 600, 801}) CHECK(force_at(ms) == Approx(5).margin(0.01));
+}
+
+TEST_CASE("random reports to each board end without harm and force along its motors within its full scale") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    std::mt19937_64 random(11);
+    VirtualClock clock;
+    SimulatedBoardOptions options;
+    options.kind = kind;
+    SimulatedBoard device(clock, ProgrammedMotion{ConstantVelocity{{0.1, -0.05, 0}, Duration{0}}, RealTime{}}, options);
+    const auto draw = [&](std::uint64_t below) { return random() % below; };
+    std::array<std::byte, 24> bytes;
+    const bool is_strict =
+        kind != BoardKind::arduino && kind != BoardKind::openffboard_1 && kind != BoardKind::openffboard_2;
+    const std::uint64_t first_id = is_strict ? 0x30 : 0;
+    for (int i = 0; i < 10'000; ++i) {
+      for (std::byte& byte : bytes) byte = static_cast<std::byte>(draw(256) & (draw(2) == 0 ? 0xFF : 0x07));
+      if (draw(4) != 0) bytes[0] = static_cast<std::byte>(first_id + draw(20));
+      const auto report = std::span(bytes).first(draw(25));
+      const std::uint64_t how = draw(4);
+      if (how == 0) device.set_feature(report);
+      if (how == 1) device.get_feature(report);
+      if (how > 1) device.write(report);
+      if (draw(8) == 0)
+        clock.wait_until(RealTime{clock.now().ns + static_cast<std::int64_t>(draw(static_cast<std::uint64_t>(kMs)))});
+      const glm::dvec3 force_N = device.motors().force_N;
+      REQUIRE((std::abs(force_N.x) <= 10 && std::abs(force_N.y) <= (motors_of(kind) > 1 ? 10 : 0) && force_N.z == 0));
+    }
+  }
 }

@@ -134,6 +134,7 @@ TEST_CASE("a spring that a PID device renders by itself shows in its motors with
   SimulatedPidOptions options = pid_device(PidFlavour::mask);
   PidOptions driver = full_gain();
   driver.springs = true;
+  driver.reversed_spring[0] = false;
   PidBench bench(options, driver, ConstantVelocity{{0.1, 0, 0}, Duration{0}});
   bench.driver->start();
   bench.tick_at(0, {0, 0, 0});

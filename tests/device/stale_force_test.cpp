@@ -52,6 +52,8 @@ std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> benches(co
     all.emplace_back(flavour == PidFlavour::mask ? "mask" : "array", std::move(bench));
   }
   for (const auto& [name, kind] : simulated_boards()) {
+    const bool is_refused = kind == BoardKind::load_error_first || kind == BoardKind::load_never;
+    if (is_refused || (kind == BoardKind::no_duration && effect_duration)) continue;
     auto bench = std::make_unique<StaleForceBench>();
     SimulatedBoardOptions board;
     board.kind = kind;

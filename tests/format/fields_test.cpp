@@ -58,9 +58,10 @@ std::string key_tables() {
 
 std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
-  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration,
-                            Dimension::force, Dimension::slew, Dimension::stiffness, Dimension::damping, Dimension::energy,
-                            Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
+  for (const Dimension d :
+       {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration, Dimension::force, Dimension::slew,
+        Dimension::angle, Dimension::torque, Dimension::stiffness, Dimension::damping, Dimension::energy, Dimension::mass,
+        Dimension::rate, Dimension::ratio, Dimension::drift}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);

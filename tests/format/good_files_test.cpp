@@ -259,13 +259,15 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   const auto sprung_pid = [&](const std::string& pid, const std::string& kind) {
     return std::get<PidSpec>(sprung(pid, kind).driver);
   };
-  CHECK(std::get<LocalRender>(sprung("", "device_spring").render).by_device);
-  CHECK(sprung_pid("", "device_spring").options.springs);
+  const std::string x = ", springs = [\"x\"]";
+  CHECK(std::get<LocalRender>(sprung(x, "device_spring").render).by_device);
+  CHECK(sprung_pid(x, "device_spring").options.springs);
+  CHECK_FALSE(sprung_pid(", effect_duration = \"none\"", "local").options.effect_duration);
   CHECK_FALSE(sprung_pid("", "local").options.springs);
-  CHECK_FALSE(sprung_pid("", "device_spring").options.full_slope_N_per_m);
-  CHECK(sprung_pid(", full_slope = \"750 N/m\"", "device_spring").options.full_slope_N_per_m == glm::dvec3(750));
-  CHECK(period_s(sprung_pid("", "device_spring").firmware_rate) == 1 / 4000.0);
-  CHECK(period_s(sprung_pid(", firmware_rate = \"8 kHz\"", "device_spring").firmware_rate) == 1 / 8000.0);
+  CHECK_FALSE(sprung_pid(x, "device_spring").options.full_slope_N_per_m);
+  CHECK(sprung_pid(x + ", full_slope = \"750 N/m\"", "device_spring").options.full_slope_N_per_m == glm::dvec3(750));
+  CHECK(period_s(sprung_pid(x, "device_spring").firmware_rate) == 1 / 4000.0);
+  CHECK(period_s(sprung_pid(x + ", firmware_rate = \"8 kHz\"", "device_spring").firmware_rate) == 1 / 8000.0);
   const Scenario smith =
       rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
   const SmithRender& model = std::get<SmithRender>(smith.devices[0].render);

@@ -210,6 +210,11 @@ TEST_CASE("What a device renders must go together, and with its scene") {
             "themselves; write driver = \"pid\" or \"evdev\", or kind = \"local\""},
            {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"]",
             "write full_scale in its 'pid'"},
+           {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale "
+            "= "
+            "\"5 N\"",
+            "scenario.toml:17:19: error: 'render': the device has no spring whose sign is known; measure it "
+            "(docs/devices/hid.md) and write springs = [\"x\"]"},
            {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_slope = \"0 "
             "N/m\"",
             "'full_slope': \"0 N/m\" is out of range"},

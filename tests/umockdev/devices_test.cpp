@@ -55,6 +55,18 @@ TEST_CASE("devices: a device of the PID class is listed with its axes and its dr
   CHECK_THAT(devices("--json"), Contains("\"driver\": \"pid\"") && Contains("KERNELS==\\\"*:1234:ABCD.*\\\""));
 }
 
+TEST_CASE("devices: what has force along X alone may be a wheel, and it is said how that is told") {
+  const auto listed = [](int axes) {
+    PidDescriptorOptions options;
+    options.axes = axes;
+    const MockedHidraw device(of(bytes_of(pid_descriptor(options))));
+    return devices();
+  };
+  CHECK_THAT(listed(1), Contains("along X; driver = \"pid\" with its travel and its full scale in newtons (of a wheel, with "
+                                 "wheel = { turn, radius, torque })"));
+  CHECK_THAT(listed(2), !Contains("wheel"));
+}
+
 TEST_CASE("devices: what the kernel drives too is listed with its node") {
   MockedHidraw::Spec spec = of(pid());
   spec.force_feedback = "1000c0000 0";  // FF_CONSTANT, FF_SPRING and FF_GAIN

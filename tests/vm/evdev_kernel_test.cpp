@@ -66,7 +66,7 @@ TEST_CASE("evdev on the kernel: forces are uploaded, played, changed and erased"
 TEST_CASE("evdev on the kernel: springs reach the device as conditions of their axis") {
   EvdevOptions options = evdev_options();
   options.springs = true;
-  options.reversed_spring[1] = true;
+  options.reversed_spring = {false, true};
   Bench bench(options);
   bench.driver.start();
   DeviceSpring spring;

@@ -117,7 +117,7 @@ TEST_CASE("a spring on a PID device pulls to its center") {
   for (const PidFlavour flavour : kFlavours) {
     PidOptions options = pid_options();
     options.springs = true;
-    options.reversed_spring[1] = false;
+    options.reversed_spring = {false, false, std::nullopt};
     Bench bench(pid_device(flavour), options);
     bench.driver.start();
     REQUIRE(eventually([&] { return bench.playing() == 4; }));

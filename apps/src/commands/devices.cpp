@@ -45,6 +45,7 @@ std::string pid_ability(const PidLayout& layout) {
   std::string text = fmt::format("force feedback of the PID class: reads {}, renders constant forces", or_none(positions));
   if (layout.set_condition && layout.set_effect.spring) text += " and springs";
   text += fmt::format(" along {}; driver = \"pid\" with its travel and its full scale in newtons", or_none(forces));
+  if (forces == "X") text += " (of a wheel, with wheel = { turn, radius, torque })";
   if (!layout.state) text += "; it does not say whether its motors are on";
   return text;
 }

@@ -298,8 +298,7 @@ void EvdevDriver::set_device() {
 }
 
 bool EvdevDriver::has_spring(int axis) const {
-  const auto along = static_cast<std::size_t>(axis);
-  return options_.springs && (options_.reversed_spring[along] || (axis == 0 && !options_.reversed_force[0]));
+  return options_.springs && options_.reversed_spring[static_cast<std::size_t>(axis)].has_value();
 }
 
 void EvdevDriver::create(int axis, bool is_spring) {

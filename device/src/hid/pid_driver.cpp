@@ -200,13 +200,13 @@ void PidDriver::write(const glm::dvec3& force_N) {
   send_wanted();
 }
 
-/// Along X, for an effect with a direction, a positive magnitude pushes towards lower positions: Linux's 90 degrees are a
-/// force to the left.
+/// Along X a positive magnitude pushes towards lower positions: Linux's 90 degrees are a force to the left. A device without
+/// a direction gets the same magnitude from Linux, so it is one that pushes as if from there.
 std::span<std::byte> PidDriver::constant_force(const Effect& effect, double force_N) {
   const auto report = compose(layout_.set_constant.report);
   const PidValue& magnitude = layout_.set_constant.magnitude;
   const double largest_N = largest_force_N();
-  const bool is_negative = (effect.axis == 0 && is_by_direction(0)) != options_.reversed_force[effect.axis];
+  const bool is_negative = (effect.axis == 0) != options_.reversed_force[effect.axis];
   const double wanted_N = std::clamp(force_N, -largest_N, largest_N) * (is_negative ? -1 : 1);
   const auto most = static_cast<double>(std::min(magnitude.field.logical_maximum, -magnitude.field.logical_minimum));
   set_nearest(report, layout_.set_constant.block, effect.block);

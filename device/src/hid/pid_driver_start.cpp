@@ -27,6 +27,7 @@ constexpr std::int64_t kBelievable = 2;  // least number of effects at once
 void PidDriver::start() {
   assert(!started_);
   if (is_read_only()) return;
+  refuse_what_is_missing();
   started_ = true;
   refusals_seen_ = transport_.refused_later();
   refused_since_.reset();
@@ -36,6 +37,30 @@ void PidDriver::start() {
     abandon();
     throw;
   }
+}
+
+/// What the options ask for and the device cannot do, before anything is sent to it.
+void PidDriver::refuse_what_is_missing() const {
+  if (options_.effect_duration && !layout_.set_effect.duration) {
+    fail(
+        "the device's effects do not end by themselves, so a force would stay if this program hung: Set Effect has no "
+        "Duration (0x0F0050); if you can switch the device off by hand, write effect_duration = \"none\"");
+  }
+  for (std::size_t axis = 0; axis < pid::kAxes && options_.springs; ++axis) {
+    if (!is_used(axis) || !options_.reversed_spring[axis] || has_spring(axis)) continue;
+    fail(fmt::format("the device renders no spring along {0}: {1}; leave {0} out of 'springs', then this program renders it",
+                     "XYZ"[axis], lacks_for_spring(axis)));
+  }
+}
+
+std::string PidDriver::lacks_for_spring(std::size_t axis) const {
+  if (!layout_.set_condition) return "it has no Set Condition (0x0F005F) with a Positive Coefficient";
+  if (!has_springs()) return "its effect types have no Spring (0x0F0040)";
+  const auto& block = layout_.set_condition->parameter_block;
+  if (axis > 0 && !block) return "Set Condition has no Parameter Block Offset (0x0F0023)";
+  if (axis > 0 && nearest(block->field, static_cast<std::int64_t>(axis)) != static_cast<std::int64_t>(axis))
+    return fmt::format("its Parameter Block Offset (0x0F0023) cannot be {}", axis);
+  return "it is reversed, and its coefficients cannot be negative";
 }
 
 /// Cleans up after a failed start. Only a reset frees a block whose number the device has not told; but a reset enables the
@@ -78,8 +103,7 @@ bool PidDriver::has_springs() const {
 /// one of negative coefficients.
 bool PidDriver::has_spring(std::size_t axis) const {
   if (!has_springs()) return false;
-  const auto& reversed = options_.reversed_spring[axis];
-  if (!reversed && (axis > 0 || options_.reversed_force[axis])) return false;
+  if (!options_.reversed_spring[axis]) return false;
   const PidSetCondition& layout = *layout_.set_condition;
   if (axis > 0 && (!layout.parameter_block || nearest(layout.parameter_block->field, static_cast<std::int64_t>(axis)) !=
                                                   static_cast<std::int64_t>(axis)))
@@ -136,7 +160,8 @@ void PidDriver::ask_pool() {
 }
 
 void PidDriver::create(std::size_t axis, bool is_spring) {
-  effects_.push_back({axis, is_spring, allocate(is_spring), {}});
+  const std::uint8_t block = allocate(is_spring);
+  effects_.push_back({axis, is_spring, block, {}});
   Effect& effect = effects_.back();
   set_effect(effect);
   const auto first = is_spring ? no_spring(effect) : constant_force(effect, 0);
@@ -157,9 +182,11 @@ std::uint8_t PidDriver::allocate(bool is_spring) {
   return loaded_block();
 }
 
-/// An answer may be shorter than declared, as long as block and status are there.
+/// An answer may be shorter than declared, as long as block and status are there. One with the block of another effect is
+/// not yet the answer to this request: two effects in a block would move the force of one axis to the other.
 std::uint8_t PidDriver::loaded_block() {
   const PidBlockLoad& load = *layout_.block_load;
+  bool was_taken = false;
   for (int asked = 0; asked < options_.block_load_tries; ++asked) {
     const auto report = compose(load.report);
     const HidFeature got = transport_.get_feature(report);
@@ -169,16 +196,23 @@ std::uint8_t PidDriver::loaded_block() {
     const auto says = [&](const std::optional<PidChoice>& status) { return status && is_chosen(answer, *status); };
     const auto block = static_cast<std::uint8_t>(get(answer, load.block).value_or(0));
     if (says(load.full))
-      throw PidBlockLoadError(transport_.info().path + ": the device has no room for another effect",
-                              PidBlockLoadError::Reason::full);
+      throw PidBlockLoadError(
+          transport_.info().path + ": the device has no room for another effect: use fewer axes or no springs",
+          PidBlockLoadError::Reason::full);
     if (says(load.error))
       throw PidBlockLoadError(transport_.info().path + ": the device reports an error on loading an effect",
                               PidBlockLoadError::Reason::error);
-    if (block != 0 && (!load.success || says(load.success))) return block;
+    const bool is_taken =
+        std::any_of(effects_.begin(), effects_.end(), [&](const Effect& effect) { return effect.block == block; });
+    was_taken = was_taken || is_taken;
+    if (block != 0 && !is_taken && (!load.success || says(load.success))) return block;
   }
-  throw PidBlockLoadError(fmt::format("{}: the device did not say in {} tries whether an effect was loaded",
-                                      transport_.info().path, options_.block_load_tries),
-                          PidBlockLoadError::Reason::no_answer);
+  throw PidBlockLoadError(
+      fmt::format("{}: the device did not say in {} tries {} (Block Load, 0x0F0089); its force feedback cannot be used: "
+                  "leave out full_scale to read its positions alone",
+                  transport_.info().path, options_.block_load_tries,
+                  was_taken ? "in which block of its own an effect was loaded" : "whether an effect was loaded"),
+      PidBlockLoadError::Reason::no_answer);
 }
 
 void PidDriver::set_effect(const Effect& effect) {

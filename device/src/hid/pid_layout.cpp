@@ -329,7 +329,7 @@ std::array<bool, pid::kAxes> pid_force_axes(const PidLayout& layout) {
   std::array<bool, pid::kAxes> listed{};
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) listed[axis] = effect.axis_enable[axis].has_value();
   if (listed != std::array<bool, pid::kAxes>{}) return listed;
-  return {true, !effect.directions.empty(), false};
+  return {true, effect.directions.size() > 1, false};
 }
 
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted) {
@@ -344,6 +344,15 @@ double seconds_per_count(const FieldLayout& duration) {
     seconds = e < 0 ? seconds / 10 : seconds * 10;
   }
   return seconds;
+}
+
+/// Every element of an array is a choice, and 0 can be one; so all make the same.
+bool choose(std::span<std::byte> report, const PidChoice& choice) {
+  const FieldLayout& field = choice.where.field;
+  if (field.variable()) return set_raw(report, field, choice.where.index, choice.value);
+  bool fits = true;
+  for (std::uint32_t i = 0; i < field.count; ++i) fits = set_raw(report, field, i, choice.value) && fits;
+  return fits;
 }
 
 bool is_chosen(std::span<const std::byte> report, const PidChoice& choice) {

@@ -11,21 +11,51 @@ namespace {
 
 constexpr std::uint64_t kStateReport = 0x100;  // above the byte of a state report
 
+using Quirks = internal::StrictQuirks;
+
+/// How the boards that were only described differ from a strict reading.
+Quirks quirks_of(BoardKind kind) {
+  switch (kind) {
+    case BoardKind::openffboard_1:
+    case BoardKind::openffboard_2:
+    case BoardKind::arduino:
+      break;
+    case BoardKind::silent_pool:
+      return {.silent_pool = true};
+    case BoardKind::short_replies:
+      return {.short_replies = true};
+    case BoardKind::vrs:
+      return {.motors = 1, .direction = false, .block_offset = false, .control = Quirks::Control::mask_from_0};
+    case BoardKind::asetek:
+      return {.motors = 1, .block_offset = false, .negative_side = false};
+    case BoardKind::moza:
+      return {.motors = 1, .endless = false, .springs_turn = true};
+    case BoardKind::pxn:
+      return {.motors = 1, .springs = false};
+    case BoardKind::fixed_direction:
+      return {.motors = 1, .axes_enable = false, .obeys_direction = false};
+    case BoardKind::two_commands:
+      return {.control = Quirks::Control::two_from_0};
+    case BoardKind::late_load:
+      return {.pool_count = false, .load = Quirks::Load::late};
+    case BoardKind::no_duration:
+      return {.duration = false};
+    case BoardKind::load_error_first:
+      return {.load = Quirks::Load::error_first};
+    case BoardKind::load_never:
+      return {.load = Quirks::Load::never};
+    case BoardKind::load_always_1:
+      return {.load = Quirks::Load::always_1};
+  }
+  return {};
+}
+
 std::unique_ptr<internal::Firmware> firmware_of(const SimulatedBoardOptions& options) {
   const internal::FirmwareOptions own{options.pool_effects, options.block_load_error_at};
-  switch (options.kind) {
-    case BoardKind::openffboard_1:
-      return internal::openffboard(1, own);
-    case BoardKind::openffboard_2:
-      return internal::openffboard(2, own);
-    case BoardKind::arduino:
-      return internal::arduino_joystick(own);
-    case BoardKind::silent_pool:
-      return internal::strict_board({.silent_pool = true}, own);
-    case BoardKind::short_replies:
-      return internal::strict_board({.short_replies = true}, own);
-  }
-  return nullptr;
+  if (options.kind == BoardKind::openffboard_1) return internal::openffboard(1, own);
+  if (options.kind == BoardKind::openffboard_2) return internal::openffboard(2, own);
+  if (options.kind == BoardKind::arduino) return internal::arduino_joystick(own);
+  return internal::strict_board(quirks_of(options.kind), own);
 }
 
 std::int64_t whole_ms(RealTime at) { return floor_mul_div(at.ns, 1, 1'000'000); }
@@ -37,9 +67,22 @@ const std::vector<NamedBoard>& simulated_boards() {
                                               {"openffboard-2", BoardKind::openffboard_2},
                                               {"arduino", BoardKind::arduino},
                                               {"silent-pool", BoardKind::silent_pool},
-                                              {"short-replies", BoardKind::short_replies}};
+                                              {"short-replies", BoardKind::short_replies},
+                                              {"vrs", BoardKind::vrs},
+                                              {"asetek", BoardKind::asetek},
+                                              {"moza", BoardKind::moza},
+                                              {"pxn", BoardKind::pxn},
+                                              {"fixed-direction", BoardKind::fixed_direction},
+                                              {"two-commands", BoardKind::two_commands},
+                                              {"late-load", BoardKind::late_load},
+                                              {"no-duration", BoardKind::no_duration},
+                                              {"load-error-first", BoardKind::load_error_first},
+                                              {"load-never", BoardKind::load_never},
+                                              {"load-always-1", BoardKind::load_always_1}};
   return boards;
 }
+
+int motors_of(BoardKind kind) { return kind == BoardKind::openffboard_1 ? 1 : quirks_of(kind).motors; }
 
 SimulatedBoard::SimulatedBoard(const Clock& clock, HeldBy by, SimulatedBoardOptions options)
     : clock_(clock),

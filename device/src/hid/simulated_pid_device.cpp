@@ -261,7 +261,8 @@ void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
       static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
 }
 
-/// The axis bits select the axes; if none is set, a direction acts along X and Y. A spring along an axis has no direction.
+/// The axis bits select the axes; if none is set, a direction acts along X and Y. A spring along an axis has no direction. A
+/// force along X without one is as if from 90 degrees.
 std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report, bool is_spring) const {
   const PidSetEffect& layout = layout_.set_effect;
   std::array<double, pid::kAxes> along{};
@@ -282,7 +283,8 @@ std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::
   const std::array<double, pid::kAxes> direction{-sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
     const bool enabled = any_bit ? is_set(layout.axis_enable[axis]) : by_direction ? axis < 2 : !lists_axes && axis == 0;
-    if (enabled) along[axis] = by_direction && axis < 2 && !(is_spring && any_bit) ? direction[axis] : 1;
+    if (enabled)
+      along[axis] = by_direction && axis < 2 && !(is_spring && any_bit) ? direction[axis] : axis == 0 && !is_spring ? -1 : 1;
   }
   return along;
 }

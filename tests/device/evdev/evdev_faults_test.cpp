@@ -77,6 +77,7 @@ TEST_CASE("evdev: a node that refuses what the driver needs at its start says wh
   };
   EvdevOptions springs = along_x();
   springs.springs = true;
+  springs.reversed_spring[0] = false;
   CHECK_THAT(refusal(refusing(evdev::kConstant, EIO)), Contains("it refuses a constant force: Input/output error"));
   CHECK_THAT(refusal(refusing(evdev::kSpring, EIO), springs), Contains("it refuses a spring: Input/output error"));
   CHECK_THAT(refusal(refusing(evdev::kSpring, ENODEV), springs), Contains("device 'a node' is gone"));

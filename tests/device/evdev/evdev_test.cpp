@@ -297,7 +297,7 @@ TEST_CASE("evdev: no more is sent than the device takes, axes take turns, and th
 TEST_CASE("evdev: a spring pulls to its center on the side that was asked for") {
   EvdevOptions options = evdev_options();
   options.springs = true;
-  options.reversed_spring[1] = false;
+  options.reversed_spring = {false, false};
   SimulatedEvdevBench bench({}, Still{{0.05, -0.02, 0}}, options);
   bench.driver.start();
   DeviceSpring spring;
@@ -322,7 +322,6 @@ TEST_CASE("evdev: a spring pulls to its center on the side that was asked for") 
 TEST_CASE("evdev: along an axis whose spring has no known sign there is none") {
   EvdevOptions options = evdev_options();
   options.springs = true;
-  options.reversed_force[0] = true;
   SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   CHECK(bench.device.motors().effects_allocated == 2);

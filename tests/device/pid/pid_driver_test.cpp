@@ -165,7 +165,9 @@ TEST_CASE("a device that leaves out any one optional part still renders the forc
                               &Options::stop_operation, &Options::pool, &Options::state, &Options::block_load}) {
     SimulatedPidOptions device = pid_device(PidFlavour::mask);
     device.descriptor.*part = false;
-    PidBench bench(device);
+    PidOptions options = pid_options();
+    if (part == &Options::duration) options.effect_duration.reset();
+    PidBench bench(device, options);
     bench.driver->start();
     bench.tick_at(0, {1, 0, 0});
     require_rendered(bench, {1, 0, 0}, PidFlavour::mask);
@@ -408,6 +410,7 @@ TEST_CASE("a device that plays fewer effects at once than are needed is refused"
   device.simultaneous = 2;
   PidOptions options = pid_options();
   options.springs = true;
+  options.reversed_spring[0] = false;
   PidBench bench(device, options);
   CHECK_THROWS_WITH(bench.driver->start(), Contains("plays 2 effects at once, 3 are needed"));
 }

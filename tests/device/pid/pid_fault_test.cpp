@@ -281,6 +281,7 @@ TEST_CASE("PID: whichever request of start fails nothing is left on the device")
           FailingTransport transport(device, call, how == HidWrite::gone ? 1 : 1000, how);
           PidOptions options = pid_options();
           options.springs = springs;
+          if (springs) options.reversed_spring[0] = false;
           PidDriver driver(transport, layout_of(device), options);
           bool failed = false;
           try {

@@ -50,8 +50,16 @@ class Firmware {
 
 std::unique_ptr<Firmware> openffboard(int axes, const FirmwareOptions& options);
 std::unique_ptr<Firmware> arduino_joystick(const FirmwareOptions& options);
+/// In what a board differs from a strict reading of the standard.
 struct StrictQuirks {
-  bool silent_pool = false, short_replies = false;
+  enum class Control { array_from_1, mask_from_0, two_from_0 };
+  enum class Load { at_once, late, error_first, never, always_1 };
+  bool silent_pool = false, short_replies = false, pool_count = true;
+  int motors = 2;  ///< 1: along X; the joystick's Y is a pedal
+  bool axes_enable = true, duration = true, endless = true, direction = true, obeys_direction = true;
+  bool block_offset = true, negative_side = true, springs = true, springs_turn = false;
+  Control control = Control::array_from_1;
+  Load load = Load::at_once;
 };
 std::unique_ptr<Firmware> strict_board(StrictQuirks quirks, const FirmwareOptions& options);
 
@@ -201,15 +209,15 @@ class BoardItems : public Items {
     input(kPadding);
     close();
   }
-  /// Of two axes: which an effect acts along, and whether its direction counts instead.
-  void axes_enable() {
+  /// Which axes an effect acts along, and whether its direction counts instead.
+  void axes_enable(int axes = 2) {
     open(0x55);
     page(0x01);
-    outputs({0x30, 0x31}, 1, 0, 1);
+    axes == 1 ? outputs({0x30}, 1, 0, 1) : outputs({0x30, 0x31}, 1, 0, 1);
     close();
     page(0x0F);
     outputs({0x56}, 1, 0, 1);
-    output_padding(5);
+    output_padding(7 - axes);
   }
   /// A collection with a value for each axis, from 0 to `maximum` if one is given.
   void per_axis(int around, int axes, int bits, std::optional<std::int64_t> maximum = {}) {
@@ -220,13 +228,20 @@ class BoardItems : public Items {
     output(kVariable);
     close();
   }
-  /// A command to the whole device, counted from 1.
-  void device_control(int id) {
+  /// A command to the whole device, counted from `minimum`.
+  void device_control(int id, int minimum = 1, int elements = 1) {
     open_report(0x96, id);
     usages({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C});
-    logical(1, 6);
-    format(8, 1);
+    logical(minimum, minimum + 5);
+    format(8, elements);
     output(kArray);
+    close();
+  }
+  /// The same with a bit for each command.
+  void device_control_mask(int id) {
+    open_report(0x96, id);
+    outputs({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C}, 1, 0, 1);
+    output_padding(2);
     close();
   }
   void constant_force(int id, int largest) {
@@ -274,10 +289,10 @@ class BoardItems : public Items {
     features({0xAC}, 16, 0, 65'535);
     close();
   }
-  void pool(int id) {
+  void pool(int id, bool count = true) {
     open_report(0x7F, id);
     features({0x80}, 16, 0, 65'535);
-    features({0x83}, 8, 0, 255);
+    if (count) features({0x83}, 8, 0, 255);
     features({0xA9, 0xAA}, 1, 0, 1);
     feature_padding(6);
     close();

@@ -1,4 +1,4 @@
-// A firmware that follows the standard to the letter, except for its quirks.
+// A firmware that follows the standard to the letter, except for its quirks: those of boards that drivers stumbled over.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,6 +27,25 @@ constexpr std::uint8_t kConstant = 1, kSpring = 8;
 constexpr int kInfinite = 0xFFFF;
 constexpr double kMost = 32'767, kPi = 3.14159265358979323846;
 
+/// Takes the values of a report apart one after the other; 0 beyond its end.
+class Reading {
+ public:
+  explicit Reading(std::span<const std::byte> report) : report_(report) {}
+  std::uint8_t byte() { return at_ < report_.size() ? byte_at(report_, at_++) : over(); }
+  std::uint16_t word() {
+    const std::uint8_t low = byte();
+    return static_cast<std::uint16_t>(low | byte() << 8);
+  }
+  double share() { return static_cast<std::int16_t>(word()) / kMost; }
+  bool is_whole() const { return whole_; }
+
+ private:
+  std::uint8_t over() { return whole_ = false, std::uint8_t{0}; }
+  std::span<const std::byte> report_;
+  std::size_t at_ = 2;  // after its id and the block
+  bool whole_ = true;
+};
+
 struct Condition {
   double center = 0, positive = 0, negative = 0, positive_saturation = 0, negative_saturation = 0, dead_band = 0;
   bool was_set = false;
@@ -37,7 +56,7 @@ struct Effect {
   std::uint8_t type = 0;
   double gain = 1, magnitude = 0;
   std::array<double, 2> towards{};  // the direction, along X and Y
-  std::array<bool, 2> enabled{};    // by axis bits; counts only without a direction
+  std::array<bool, 2> enabled{};    // by axis bits; count only without a direction
   bool by_direction = false;
   int duration_ms = kInfinite;
   std::int64_t started_ms = 0;
@@ -45,6 +64,9 @@ struct Effect {
 };
 
 class StrictBoard final : public Firmware {
+  using Control = StrictQuirks::Control;
+  using Load = StrictQuirks::Load;
+
  public:
   StrictBoard(StrictQuirks quirks, const FirmwareOptions& options)
       : quirks_(quirks), options_(options), effects_(static_cast<std::size_t>(std::min(16, options.pool_effects))) {}
@@ -54,6 +76,7 @@ class StrictBoard final : public Firmware {
   bool take_output(std::span<const std::byte> report, std::int64_t ms) override;
   bool take_feature(std::span<const std::byte> report) override;
   std::vector<std::byte> answer(std::uint8_t id) override;
+  std::vector<std::byte> answer_load();
   std::vector<std::byte> position_report(const glm::dvec3& share) const override;
   std::vector<std::uint8_t> states() override { return std::exchange(states_, {}); }
   std::vector<std::byte> state_report(std::uint8_t state) const override { return bytes_of({kState, state}); }
@@ -76,11 +99,13 @@ class StrictBoard final : public Firmware {
     states_.push_back(static_cast<std::uint8_t>((paused_ ? 1 : 0) | (enabled_ ? 2 : 0) | (switch_closed_ ? 4 : 0) |
                                                 (has_power_ ? 8 : 0) | (playing() > 0 ? 16 : 0)));
   }
-  static void set_effect(Effect& effect, std::span<const std::byte> report);
-  static void set_condition(Effect& effect, std::span<const std::byte> report);
+  void set_effect(Effect& effect, Reading report) const;
+  void set_condition(Effect& effect, Reading report) const;
   void operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms);
-  void control(std::uint8_t command);
-  static double along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope);
+  void take_control(std::span<const std::byte> report);
+  void control(int command);
+  double along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) const;
+  double spring(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) const;
 
   StrictQuirks quirks_;
   FirmwareOptions options_;
@@ -88,8 +113,8 @@ class StrictBoard final : public Firmware {
   std::vector<std::uint8_t> states_;
   bool enabled_ = false, paused_ = false, switch_closed_ = true, has_power_ = true;
   double gain_ = 1;
-  int created_ = 0;
-  std::uint8_t loaded_ = 0, load_status_ = 0;
+  int created_ = 0, asked_ = 0;  // for an effect's block, since its creation
+  std::uint8_t loaded_ = 0, loaded_before_ = 0, load_status_ = 0;
 };
 
 std::vector<std::byte> StrictBoard::report_descriptor() const {
@@ -99,28 +124,39 @@ std::vector<std::byte> StrictBoard::report_descriptor() const {
 
   at.block_report(0x21, kSetEffect);
   at.effect_type();
-  at.unit(0x1001, 0x0D);
-  at.outputs({0x50}, 16, 0, 32'767);
-  at.unit(0, 0);
+  if (quirks_.duration) {
+    at.unit(0x1001, 0x0D);
+    at.outputs({0x50}, 16, 0, 32'767);
+    at.unit(0, 0);
+  }
   at.outputs({0x52}, 8, 0, 255);
-  at.axes_enable();
-  at.per_axis(0x57, 2, 16, 36'000);
+  if (quirks_.axes_enable) at.axes_enable(quirks_.motors);
+  if (quirks_.direction) at.per_axis(0x57, quirks_.motors, 16, 36'000);
   at.close();
 
   at.block_report(0x5F, kSetCondition);
-  at.outputs({0x23}, 8, 0, 1);
-  at.outputs({0x60, 0x61, 0x62}, 16, -32'767, 32'767);
-  at.outputs({0x63, 0x64, 0x65}, 16, 0, 32'767);
+  if (quirks_.block_offset) {
+    at.outputs({0x23}, 8, 0, 1);
+  } else {
+    at.per_axis(0x58, 2, 2, 3);
+    at.output_padding(4);
+  }
+  at.outputs({0x60, 0x61}, 16, -32'767, 32'767);
+  if (quirks_.negative_side) at.outputs({0x62}, 16, -32'767, 32'767);
+  at.outputs({0x63}, 16, 0, 32'767);
+  if (quirks_.negative_side) at.outputs({0x64, 0x65}, 16, 0, 32'767);
   at.close();
 
   at.constant_force(kConstantForce, 32'767);
   at.operation(kOperation);
   at.block_free(kBlockFree);
-  at.device_control(kControl);
+  if (quirks_.control == Control::array_from_1) at.device_control(kControl);
+  if (quirks_.control == Control::two_from_0) at.device_control(kControl, 0, 2);
+  if (quirks_.control == Control::mask_from_0) at.device_control_mask(kControl);
   at.gain(kGain);
   at.create_effect(kCreate);
   at.block_load(kLoad);
-  at.pool(kPool);
+  at.pool(kPool, quirks_.pool_count);
   at.close();
   return std::move(at.bytes);
 }
@@ -130,16 +166,16 @@ std::vector<std::byte> StrictBoard::position_report(const glm::dvec3& share) con
 bool StrictBoard::take_output(std::span<const std::byte> report, std::int64_t ms) {
   if (report.size() < 2) return false;
   const std::size_t index = byte_at(report, 1);
-  if (report[0] == std::byte{kControl}) return control(byte_at(report, 1)), true;
+  if (report[0] == std::byte{kControl}) return take_control(report), true;
   if (report[0] == std::byte{kGain}) return gain_ = byte_at(report, 1) / 255.0, true;
   if (index == 0 || index > effects_.size() || !effects_[index - 1].allocated) return true;
   Effect& effect = effects_[index - 1];
   switch (byte_at(report, 0)) {
     case kSetEffect:
-      if (report.size() >= 11) set_effect(effect, report);
+      set_effect(effect, Reading(report));
       return true;
     case kSetCondition:
-      if (report.size() >= 15) set_condition(effect, report);
+      set_condition(effect, Reading(report));
       return true;
     case kConstantForce:
       if (report.size() >= 4) effect.magnitude = signed_at(report, 2) / kMost;
@@ -155,26 +191,35 @@ bool StrictBoard::take_output(std::span<const std::byte> report, std::int64_t ms
   }
 }
 
-void StrictBoard::set_effect(Effect& effect, std::span<const std::byte> report) {
-  effect.type = byte_at(report, 2);
-  effect.duration_ms = word_at(report, 3);
-  effect.gain = byte_at(report, 5) / 255.0;
-  effect.enabled = {(byte_at(report, 6) & 1) != 0, (byte_at(report, 6) & 2) != 0};
-  effect.by_direction = byte_at(report, 6) & 4;
-  // Clockwise from north, which is the far end of Y and its lowest position.
-  const double angle = word_at(report, 7) / 36'000.0 * 2 * kPi;
-  effect.towards = {reproducible::sin(angle), -reproducible::cos(angle)};
+void StrictBoard::set_effect(Effect& effect, Reading report) const {
+  Effect set = effect;
+  set.type = report.byte();
+  if (quirks_.duration) set.duration_ms = report.word();
+  set.gain = report.byte() / 255.0;
+  const std::uint8_t bits = quirks_.axes_enable ? report.byte() : std::uint8_t{0};
+  set.enabled = {(bits & 1) != 0, quirks_.motors > 1 && (bits & 2) != 0};
+  set.by_direction = !quirks_.axes_enable || (bits >> quirks_.motors & 1) != 0;
+  // Clockwise from north, which is the far end of Y and its lowest position. Without a direction it comes from the right.
+  const double turn = quirks_.direction ? report.word() / 36'000.0 : 0.25;
+  const double angle = (quirks_.obeys_direction ? turn : 0.25) * 2 * kPi;
+  set.towards = {reproducible::sin(angle), quirks_.motors > 1 ? -reproducible::cos(angle) : 0};
+  if (report.is_whole()) effect = set;
 }
 
-void StrictBoard::set_condition(Effect& effect, std::span<const std::byte> report) {
-  if (byte_at(report, 2) >= 2) return;
-  effect.conditions[byte_at(report, 2)] = {.center = signed_at(report, 3) / kMost,
-                                           .positive = signed_at(report, 5) / kMost,
-                                           .negative = signed_at(report, 7) / kMost,
-                                           .positive_saturation = word_at(report, 9) / kMost,
-                                           .negative_saturation = word_at(report, 11) / kMost,
-                                           .dead_band = word_at(report, 13) / kMost,
-                                           .was_set = true};
+void StrictBoard::set_condition(Effect& effect, Reading report) const {
+  const std::uint8_t offset = report.byte();
+  const std::size_t block = quirks_.block_offset ? offset : 0;
+  Condition set;
+  set.was_set = true;
+  set.center = report.share();
+  set.positive = set.negative = report.share();
+  if (quirks_.negative_side) set.negative = report.share();
+  set.positive_saturation = set.negative_saturation = report.share();
+  if (quirks_.negative_side) {
+    set.negative_saturation = report.share();
+    set.dead_band = report.share();
+  }
+  if (report.is_whole() && block < effect.conditions.size()) effect.conditions[block] = set;
 }
 
 void StrictBoard::operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms) {
@@ -185,7 +230,18 @@ void StrictBoard::operate(Effect& effect, std::span<const std::byte> report, std
   say_state();
 }
 
-void StrictBoard::control(std::uint8_t command) {
+/// A bit for each command, or one or two that are carried out one after the other.
+void StrictBoard::take_control(std::span<const std::byte> report) {
+  const int least = quirks_.control == Control::two_from_0 ? 0 : 1;
+  for (int command = 1; quirks_.control == Control::mask_from_0 && command <= 6; ++command) {
+    if ((byte_at(report, 1) >> (command - 1) & 1) != 0) control(command);
+  }
+  if (quirks_.control == Control::mask_from_0) return;
+  const std::size_t elements = quirks_.control == Control::two_from_0 ? 2 : 1;
+  for (std::size_t i = 1; i <= elements && i < report.size(); ++i) control(byte_at(report, i) + 1 - least);
+}
+
+void StrictBoard::control(int command) {
   if (command == 1) enabled_ = true;
   if (command == 2) enabled_ = false;
   if (command == 3) stop_all(effects_);
@@ -203,7 +259,8 @@ void StrictBoard::control(std::uint8_t command) {
 bool StrictBoard::take_feature(std::span<const std::byte> report) {
   if (report.size() < 2 || report[0] != std::byte{kCreate}) return false;
   const auto free = std::find_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return !effect.allocated; });
-  loaded_ = 0;
+  loaded_before_ = std::exchange(loaded_, std::uint8_t{0});
+  asked_ = 0;
   if (created_++ == options_.block_load_error_at) {
     load_status_ = 3;
   } else if (free == effects_.end()) {
@@ -219,14 +276,28 @@ bool StrictBoard::take_feature(std::span<const std::byte> report) {
 
 std::vector<std::byte> StrictBoard::answer(std::uint8_t id) {
   std::vector<std::byte> bytes;
-  if (id == kLoad) bytes = bytes_of({kLoad, loaded_, load_status_, 0xFF, 0xFF});
-  if (id == kPool && !quirks_.silent_pool) bytes = bytes_of({kPool, 0, 0x10, 16, 1});
+  if (id == kLoad) bytes = answer_load();
+  if (id == kPool && !quirks_.silent_pool)
+    bytes = quirks_.pool_count ? bytes_of({kPool, 0, 0x10, 16, 1}) : bytes_of({kPool, 0, 0x10, 1});
   if (quirks_.short_replies && !bytes.empty()) bytes.pop_back();
   return bytes;
 }
 
+/// `late`: nothing, then the answer to the request before, and then its own.
+std::vector<std::byte> StrictBoard::answer_load() {
+  const int asked = asked_++;
+  if (quirks_.load == Load::never) return {};
+  const bool stale = quirks_.load == Load::late && asked == 1 && loaded_before_ != 0;
+  int block = stale ? loaded_before_ : loaded_, status = stale ? 1 : load_status_;
+  if (quirks_.load == Load::late && asked < 3 && !stale) block = status = 0;
+  if (quirks_.load == Load::error_first && asked == 0) block = 0, status = 3;
+  if (quirks_.load == Load::always_1 && block != 0) block = 1;
+  return bytes_of({kLoad, block, status, 0xFF, 0xFF});
+}
+
 int StrictBoard::end_effects(std::int64_t ms) {
-  const int ended = end_over(effects_, ms + 1, kInfinite);  // to the millisecond
+  const int endless = quirks_.duration && !quirks_.endless ? -1 : kInfinite;
+  const int ended = end_over(effects_, ms + 1, endless);  // to the millisecond
   if (ended > 0) say_state();
   return ended;
 }
@@ -242,12 +313,19 @@ glm::dvec3 StrictBoard::force(const glm::dvec3& share, const glm::dvec3& slope) 
   return sum;
 }
 
-double StrictBoard::along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) {
-  if (effect.type == kConstant)
-    return effect.magnitude * (effect.by_direction ? -effect.towards[axis] : effect.enabled[axis] ? 1.0 : 0.0);
-  if (effect.type != kSpring) return 0;
-  // Several blocks act by axis and are not rotated; a single one acts along the direction.
-  const bool by_axis = effect.conditions[1].was_set || !effect.by_direction;
+/// Without a direction, X is as if from the right: Linux sends the same magnitude then.
+double StrictBoard::along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) const {
+  if (effect.type == kConstant) {
+    const bool by_direction = effect.by_direction || (!quirks_.direction && effect.enabled[0]);
+    return effect.magnitude * (by_direction ? -effect.towards[axis] : effect.enabled[axis] ? 1.0 : 0.0);
+  }
+  return effect.type == kSpring && quirks_.springs ? spring(effect, axis, share, slope) : 0;
+}
+
+/// Several blocks act by axis and are not rotated; a single one acts along the direction, along which it has its own sign
+/// unless springs turn.
+double StrictBoard::spring(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) const {
+  const bool by_axis = quirks_.motors == 1 || effect.conditions[1].was_set || !effect.by_direction;
   const Condition& condition = effect.conditions[by_axis ? axis : 0];
   const double x = share.x, y = share.y;
   const double position = by_axis ? share[static_cast<int>(axis)] : x * effect.towards[0] + y * effect.towards[1];
@@ -258,7 +336,7 @@ double StrictBoard::along(const Effect& effect, std::size_t axis, const glm::dve
   const double steepness = slope[static_cast<int>(axis)] > 0 ? slope[static_cast<int>(axis)] : 1;
   const double pull = from_center > 0 ? std::min(condition.positive * past * steepness, condition.positive_saturation)
                                       : std::max(condition.negative * past * steepness, -condition.negative_saturation);
-  return by_axis ? -pull : -pull * effect.towards[axis];
+  return by_axis && !quirks_.springs_turn ? -pull : -pull * effect.towards[axis];
 }
 
 }  // namespace

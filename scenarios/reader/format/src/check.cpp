@@ -232,11 +232,15 @@ const Value* date_in(const Value& value) {
 /// The key as shown in messages; for a key that may have any name, its table.
 std::string shown_key(const Field& field) { return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key); }
 
-/// What to write for a missing table. For a table within another one that is all that it must have, on one line.
+/// What to write for a missing table. For a table within another one that is all that it must have, on one line; or its
+/// first key, if it must have one of several.
 std::string table_to_write(const Field& field) {
   std::string keys;
-  for (const Field& one : fields()) {
-    if (one.table != subtable(field) || !one.required || !one.kinds.empty()) continue;
+  const auto& all = fields();
+  const auto needs = [&](const Field& one) { return one.table == subtable(field) && one.required && one.kinds.empty(); };
+  const bool needs_any = std::any_of(all.begin(), all.end(), needs);
+  for (const Field& one : all) {
+    if (needs_any ? !needs(one) : one.table != subtable(field) || !keys.empty()) continue;
     keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", one.key, example_of(one));
   }
   return field.table.empty() || keys.empty() ? title(field.key) : fmt::format("{} = {{ {} }}", field.key, keys);

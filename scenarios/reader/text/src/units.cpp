@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::array<DimensionInfo, 14> kDimensions{{
+constexpr std::array<DimensionInfo, 16> kDimensions{{
     {Dimension::none, "plain number", "1", "0.1"},
     {Dimension::time, "time", "s", "11.1 ms"},
     {Dimension::length, "length", "m", "5 mm"},
@@ -29,14 +29,17 @@ constexpr std::array<DimensionInfo, 14> kDimensions{{
     {Dimension::rate, "rate", "Hz", "30 Hz"},
     {Dimension::ratio, "ratio", "1", "10 %"},
     {Dimension::drift, "ratio per time", "1/s", "10 %/s"},
+    {Dimension::angle, "angle", "deg", "900 deg"},
+    {Dimension::torque, "torque", "N m", "5 N m"},
 }};
 
 /// Names of units that are usual in other tools.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 30> kHabits{{
     {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},    {"msecs", "ms"},
     {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},      {"µm", "um"},
     {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"},  {"mps", "m/s"},
     {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},     {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
+    {"Nm", "N m"},    {"N*m", "N m"},         {"mNm", "mN m"},    {"°", "deg"},     {"degree", "deg"}, {"degrees", "deg"},
 }};
 
 /// Whether the names differ in capital letters only.
@@ -152,6 +155,10 @@ const std::vector<Unit>& units() {
       {"%", D::ratio, 1, -2},
       {"ppm", D::ratio, 1, -6},
       {"%/s", D::drift, 1, -2},
+      {"deg", D::angle, 1, 0},
+      {"turn", D::angle, 360, 0, UnitKind::plain, true},
+      {"mN m", D::torque, 1, -3},
+      {"N m", D::torque, 1, 0},
   };
   return table;
 }

@@ -52,7 +52,7 @@ struct EvdevOptions {
   std::array<bool, 2> reversed_force{};  ///< the device pushes opposite to what Linux means
   bool springs = false;                  ///< also upload one spring for each axis whose spring's sign is known
   /// Whether a positive coefficient pushes away from the center, as it was measured. Empty: not measured, and no spring is
-  /// rendered along the axis; only along X, if its force is not reversed, an empty one counts as false.
+  /// rendered along the axis.
   std::array<std::optional<bool>, 2> reversed_spring{};
   /// Slope of the largest coefficient at full gain. Empty: full_scale_N over half the travel.
   std::optional<glm::dvec3> full_slope_N_per_m;

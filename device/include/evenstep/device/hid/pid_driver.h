@@ -16,6 +16,8 @@
 /// degrees); otherwise the bit of the axis does. As for Linux and DirectInput, a positive magnitude pushes away from where
 /// the direction points, so along X towards lower positions. Firmware differs in that (`reversed_force`).
 ///
+/// A device without a direction is sent the same magnitude along X, as by Linux.
+///
 /// start() may take long: reset, gain, actuators on, then for each effect Create New Effect, Block Load (asked again up to
 /// `block_load_tries` times), Set Effect, Set Constant Force (0), Start. A tick writes Set Constant Force for each axis
 /// whose count has changed, and nothing otherwise. If the device or the system refuses a report, at once or later
@@ -47,15 +49,15 @@ struct PidOptions {
   glm::dvec3 travel_m{0};
   std::optional<double> full_scale_N;  ///< the force at the largest magnitude and full gain; > 0
   double gain = 0.25;                  ///< (0, 1]; the share of full_scale_N that may be used
-  /// Empty: for ever. Rounded to the device's unit and limited to what its field can hold. On a device without such a field,
-  /// effects do not end by themselves.
+  /// Empty: for ever. Rounded to the device's unit and limited to what its field can hold. A device without such a field,
+  /// whose effects never end by themselves, is refused unless it is empty.
   std::optional<Duration> effect_duration = Duration{500'000'000};
   /// Which way a positive magnitude pushes differs between devices; true: opposite to what Linux means.
   std::array<bool, pid::kAxes> reversed_force{};
   bool springs = false;  ///< also create one condition effect for each axis whose spring's sign is known
   /// Whether a positive coefficient pushes away from the center instead of towards it, as it was measured on this device.
-  /// Empty: not measured, and no spring is rendered along the axis, because one of the wrong sign throws the hand out. Only
-  /// along X, and only if reversed_force is not set there, an empty one counts as false.
+  /// Empty: not measured, and no spring is rendered along the axis, because one of the wrong sign throws the hand out, and
+  /// there are devices that take springs and render none. A device that cannot render one that is not empty is refused.
   std::array<std::optional<bool>, pid::kAxes> reversed_spring{};
   /// Slope of a condition with the largest coefficient at full gain, per axis. Empty: full_scale_N over half the travel,
   /// which is what most firmware takes a coefficient to mean; measure it.
@@ -143,6 +145,8 @@ class PidDriver final : public HapticDevice {
   bool is_by_direction(std::size_t axis) const;
   void check_options() const;
   void start_effects();
+  void refuse_what_is_missing() const;
+  std::string lacks_for_spring(std::size_t axis) const;
   void abandon() noexcept;
   void set_gain();
   void choose_duration();

@@ -132,9 +132,8 @@ inline std::optional<std::int64_t> get(std::span<const std::byte> report, const 
 }
 /// Sets the nearest value that the field can hold; false if it can hold none.
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted);
-inline bool choose(std::span<std::byte> report, const PidChoice& choice) {
-  return set_raw(report, choice.where.field, choice.where.index, choice.value);
-}
+/// Sets a bit of a mask, or all elements of an array.
+bool choose(std::span<std::byte> report, const PidChoice& choice);
 /// Seconds per count of a duration field: given by its unit exponent if its unit is one of time, otherwise a millisecond,
 /// which is what devices mean.
 double seconds_per_count(const FieldLayout& duration);

@@ -19,6 +19,21 @@
 /// silent-pool: a strict reader of the standard whose pool report is never answered.
 /// short-replies: a strict reader whose answers to feature requests lack the last byte.
 ///
+///
+/// The others are strict readers as well, with what was reported of a kind of device; nobody has read their firmware:
+///
+/// vrs: one motor; no Direction (universal-pidff#82) and no Parameter Block Offset, Device Control is a bit mask from 0
+/// (linux-steering-wheels#4; so is Turtle Beach's VelocityOne Race, linux-steering-wheels#24). A force is as from 90
+/// degrees, which is the magnitude that Linux sends. asetek: one motor; Set Condition has type-specific block offsets alone
+/// (universal-pidff#127), one coefficient and one saturation for both sides, and no dead band (universal-pidff#115). moza:
+/// one motor; a spring from 270 degrees pushes away from its center, and from 0 degrees it does nothing (universal-pidff#1).
+/// Only Start begins an effect's time anew (PCSX2#11906), and 0xFFFF ms are no eternity. pxn: one motor; springs are taken
+/// and never felt (universal-pidff#54). fixed-direction: one motor; no Axes Enable, and every effect is as from 90 degrees,
+/// 0x4000 of Linux (universal-pidff#82). two-commands: Device Control takes two commands at once, counted from 0
+/// (linux-steering-wheels#15). late-load: the pool has no count; Block Load answers nothing first, then with the block of
+/// the effect before (linux-steering-wheels#24, as it was first understood). no-duration: effects have no duration and never
+/// end. load-error-first, load-never, load-always-1: Block Load answers with an error first, never, or with block 1 for all.
+///
 /// The strict reader pushes away from where the direction points, as Linux and DirectInput mean it; axis bits count only
 /// without Direction Enable; one condition block acts along the direction, several by axis.
 ///
@@ -44,13 +59,32 @@ namespace internal {
 class Firmware;
 }
 
-enum class BoardKind { openffboard_1, openffboard_2, arduino, silent_pool, short_replies };
+enum class BoardKind {
+  openffboard_1,
+  openffboard_2,
+  arduino,
+  silent_pool,
+  short_replies,
+  vrs,
+  asetek,
+  moza,
+  pxn,
+  fixed_direction,
+  two_commands,
+  late_load,
+  no_duration,
+  load_error_first,
+  load_never,
+  load_always_1
+};
 struct NamedBoard {
   std::string_view name;
   BoardKind kind;
 };
 /// All of them, in the order above.
 const std::vector<NamedBoard>& simulated_boards();
+/// 1: along X; 2: along X and Y.
+int motors_of(BoardKind kind);
 
 struct SimulatedBoardOptions {
   BoardKind kind = BoardKind::openffboard_1;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "src/field_rows.h"
@@ -27,28 +28,58 @@ void read_signs(const Table& table, Options& options, Errors& errors) {
   }
 }
 
+/// A wheel's turn and torque, as the travel and the force of the hand at its rim.
+template <class Spec>
+void read_reach(const Table& table, Spec& spec, Errors& errors) {
+  if (!table.has("wheel")) {
+    if (table.has("full_scale")) spec.options.full_scale_N = table.si("full_scale");
+    if (table.has("travel")) spec.options.travel_m = table.vector("travel");
+    if (spec.options.travel_m == glm::dvec3(0))
+      errors.add(table.place("travel"),
+                 "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"], or the turn and the "
+                 "radius of a wheel, wheel = { turn = \"900 deg\", radius = \"140 mm\" }");
+    return;
+  }
+  constexpr double kRadians = 3.14159265358979323846 / 180;
+  for (const char* key : {"travel", "full_scale"}) {
+    if (table.has(key)) errors.add(table.place(key), fmt::format("'{}' follows from 'wheel'; remove one of them", key));
+  }
+  const Table wheel = table.table("wheel");
+  const double radius_m = wheel.si("radius");
+  spec.options.travel_m = {wheel.si("turn") * kRadians * radius_m, 0, 0};
+  if (wheel.has("torque")) spec.options.full_scale_N = wheel.si("torque") / radius_m;
+}
+
 /// The keys of effect_rows().
 template <class Spec>
 void read_effects(const Table& table, const Table& device, Spec& spec, Errors& errors) {
-  spec.options.travel_m = table.vector("travel");
-  if (spec.options.travel_m == glm::dvec3(0))
-    errors.add(table.place("travel"),
-               "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
-  if (table.has("full_scale")) spec.options.full_scale_N = table.si("full_scale");
+  read_reach(table, spec, errors);
   if (table.has("full_slope")) spec.options.full_slope_N_per_m = glm::dvec3(table.si("full_slope"));
   spec.options.gain = table.number("gain");
   spec.options.springs = device.table("render").text("kind") == "device_spring";
   read_signs(table, spec.options, errors);
-  spec.options.effect_duration = table.duration("effect_duration");
+  if (spec.options.springs && spec.options.full_scale_N && table.at("springs").list.empty()) {
+    errors.add(
+        device.table("render").place("kind"),
+        "'render': the device has no spring whose sign is known; measure it (docs/devices/hid.md) and write springs = "
+        "[\"x\"] beside its travel, or let this program render: kind = \"local\"");
+  }
+  if constexpr (std::is_same_v<Spec, PidSpec>) {
+    if (table.text("effect_duration") == "none") spec.options.effect_duration.reset();
+  }
+  if (table.text("effect_duration") != "none") spec.options.effect_duration = table.duration("effect_duration");
   spec.firmware_rate = table.rate("firmware_rate");
 }
 
 /// What is not the same for both.
 struct EffectTexts {
-  std::string_view table;
+  std::string_view table, wheel_table;
   std::string_view travel, full_scale, reversed_force;  // meanings
   std::string_view axes, signed_axes;                   // words
   double longest_effect_s = 0;
+  std::string_view effect_duration =  // meaning
+      "Time after its last start at which an effect ends by itself; it is started again after half of that time.";
+  std::string_view endless;  // a word in place of the duration
 };
 
 // clang-format off: a row reads as a row
@@ -59,7 +90,6 @@ inline std::vector<Field> effect_rows(const EffectTexts& texts) {
        .forms = kQuantity,
        .shape = Shape::three,
        .meaning = texts.travel,
-       .required = true,
        .dimension = D::length,
        .range = between(0, 2),
        .example = "[\"200 mm\", \"200 mm\", \"0 mm\"]"},
@@ -70,6 +100,33 @@ inline std::vector<Field> effect_rows(const EffectTexts& texts) {
        .dimension = D::force,
        .range = above(0),
        .example = "\"5 N\""},
+      {.table = texts.table,
+       .key = "wheel",
+       .forms = kTable,
+       .meaning =
+           "In place of `travel` and `full_scale`: an axis X that turns. Positions are lengths along the rim, 0 in the "
+           "middle, and forces those of a hand there."},
+      {.table = texts.wheel_table,
+       .key = "turn",
+       .forms = kQuantity,
+       .meaning = "From one end to the other.",
+       .required = true,
+       .dimension = D::angle,
+       .range = above(0, 7200)},
+      {.table = texts.wheel_table,
+       .key = "radius",
+       .forms = kQuantity,
+       .meaning = "Of the rim that the hand holds.",
+       .required = true,
+       .dimension = D::length,
+       .range = above(0, 1),
+       .example = "\"140 mm\""},
+      {.table = texts.wheel_table,
+       .key = "torque",
+       .forms = kQuantity,
+       .meaning = "At the largest magnitude, measured or from the data sheet; as `full_scale`.",
+       .dimension = D::torque,
+       .range = above(0)},
       {.table = texts.table,
        .key = "full_slope",
        .forms = kQuantity,
@@ -105,14 +162,14 @@ inline std::vector<Field> effect_rows(const EffectTexts& texts) {
        .shape = Shape::list,
        .default_toml = "[]",
        .meaning = "Axes along which the device may render springs by itself because the sign was measured; `-y`: a positive "
-                  "coefficient pushes away from the center. Without it only `x`, and not if its force is reversed.",
+                  "coefficient pushes away from the center. Along the others the program renders them.",
        .words = texts.signed_axes},
       {.table = texts.table,
        .key = "effect_duration",
-       .forms = kDuration,
+       .forms = texts.endless.empty() ? kDuration : kDuration | kWord,
        .default_toml = "\"0.5 s\"",
-       .meaning =
-           "Time after its last start at which an effect ends by itself; it is started again after half of that time.",
+       .meaning = texts.effect_duration,
+       .words = texts.endless,
        .range = between(0.01, texts.longest_effect_s)},
   };
 }

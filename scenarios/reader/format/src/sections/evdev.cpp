@@ -57,10 +57,10 @@ std::vector<Field> EvdevSpec::fields() {
       device,
       joined(
           effect_rows(
-              {.table = "device.evdev",
+              {.table = "device.evdev", .wheel_table = "device.evdev.wheel",
                .travel =
                    "From one end of each axis (ABS_X, ABS_Y, ABS_Z) to the other, its middle at 0; 0: the axis is not used. "
-                   "Forces are along X and Y.",
+                   "Obligatory without `wheel`. Forces are along X and Y.",
                .full_scale = "Its force at the largest level, measured or from its data sheet. Without it the device is "
                              "only read, and "
                              "no expectation may be about its force.",

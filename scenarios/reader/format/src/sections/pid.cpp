@@ -52,7 +52,8 @@ std::vector<Field> PidSpec::fields() {
       {.table = "device.pid", .key = "firmware", .forms = kWord, .default_toml = "\"own\"",
        .meaning = "Whose firmware the simulated device has: `own` with its flavour, or that of a real board "
                   "(docs/devices/hid.md).",
-       .words = "own|openffboard-1|openffboard-2|arduino|silent-pool|short-replies"},
+       .words = "own|openffboard-1|openffboard-2|arduino|silent-pool|short-replies|vrs|asetek|moza|pxn|fixed-direction|"
+                "two-commands|late-load|no-duration|load-error-first|load-never|load-always-1"},
       {.table = "device.pid", .key = "pool", .forms = kInteger, .default_toml = "40",
        .meaning = "Effects that the simulated device has room for; each used axis takes one.",
        .range = between(0, 40)},
@@ -74,15 +75,20 @@ std::vector<Field> PidSpec::fields() {
       device,
       joined(
           effect_rows(
-              {.table = "device.pid",
-               .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.",
+              {.table = "device.pid", .wheel_table = "device.pid.wheel",
+               .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used. "
+                         "Obligatory without `wheel`.",
                .full_scale =
                    "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it "
                    "the device "
                    "is only read, and no expectation may be about its force.",
                .reversed_force =
                    "Axes along which the device pushes opposite to what Linux and DirectInput mean; measure it.",
-               .axes = "x|y|z", .signed_axes = "x|y|z|-x|-y|-z", .longest_effect_s = 60}),
+               .axes = "x|y|z", .signed_axes = "x|y|z|-x|-y|-z", .longest_effect_s = 60,
+               .effect_duration = "Time after its last start at which an effect ends by itself; it is started again after "
+                                  "half of that time. `none`: never, for devices that cannot do so; if this program hangs, "
+                                  "the last force stays.",
+               .endless = "none"}),
           own));
 }
 // clang-format on

@@ -35,10 +35,12 @@ enum class Dimension {
   ratio,
   energy,
   drift,
+  angle,
+  torque,
   slew
 };
-/// The value in SI base units: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J; "10 %" = 0.1, "10 %/s" = 0.1 (drift); a bare
-/// number for Dimension::none.
+/// The value in SI base units: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J; "10 %" = 0.1, "10 %/s" = 0.1 (drift); N m
+/// (torque); degrees (angle), because radians are no exact multiple; a bare number for Dimension::none.
 Result<double> parse_si(std::string_view text, Dimension dimension);
 
 /// A limit of an expectation, with number and unit as written; the unit `step` and the nominal times are resolved only when

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "decimal_time.h"
+#include "library.h"
 #include "profile_formats.h"
-#include "sqlite_library.h"
 
 namespace evenstep::internal {
 namespace {

@@ -1,4 +1,4 @@
-#include "sqlite_library.h"
+#include "library.h"
 
 #include <fmt/format.h>
 #include <sqlite3.h>

@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "decimal_time.h"
+#include "library.h"
 #include "profile_builder.h"
-#include "sqlite_library.h"
 
 namespace evenstep::internal {
 namespace {
