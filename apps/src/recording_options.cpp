@@ -79,30 +79,4 @@ std::string recording_words(const RecordingArguments& arguments) {
   return words;
 }
 
-std::optional<Rate> period_or_rate(const std::string& option, const std::string& text) {
-  const Result<Rate> rate = parse_rate(text);
-  if (rate) return *rate;
-  const Result<Duration> period = parse_duration(text);
-  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
-  print({{option, 0, 0,
-          fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
-  return std::nullopt;
-}
-
-std::optional<Rate> sampling_rate(const std::string& text) { return period_or_rate("--sampling", text); }
-
-std::optional<double> share(const std::string& option, const std::string& text) {
-  const Result<double> parsed = parse_si(text, Dimension::ratio);
-  if (parsed && *parsed > 0 && *parsed < 1) return *parsed;
-  print({{option, 0, 0, parsed ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error()}});
-  return std::nullopt;
-}
-
-std::optional<double> above_zero(const std::string& option, const std::string& text, Dimension dimension, const char* unit) {
-  const Result<double> parsed = parse_si(text, dimension);
-  if (parsed && *parsed > 0) return *parsed;
-  print({{option, 0, 0, parsed ? fmt::format("must be above 0 {}", unit) : parsed.error()}});
-  return std::nullopt;
-}
-
 }  // namespace evenstep::app

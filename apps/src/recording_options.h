@@ -7,7 +7,7 @@
 
 #include "command.h"
 #include "evenstep/recordings/recording.h"
-#include "evenstep/text/quantity.h"
+#include "evenstep/text/option_values.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep::app {
@@ -24,12 +24,12 @@ std::optional<RecordingOptions> recording_options(const RecordingArguments& argu
 /// The options that were given, as they are typed, each after a blank.
 std::string recording_words(const RecordingArguments& arguments);
 
-/// A period of at most 1 s or a rate; empty on an error of this option, which is then printed.
-std::optional<Rate> period_or_rate(const std::string& option, const std::string& text);
-std::optional<Rate> sampling_rate(const std::string& text);
-/// Between 0 and 1; empty on an error, which is then printed.
-std::optional<double> share(const std::string& option, const std::string& text);
-/// Above 0; empty on an error, which is then printed.
-std::optional<double> above_zero(const std::string& option, const std::string& text, Dimension dimension, const char* unit);
+/// The value of this option; empty on an error, which is then printed. Parsers: evenstep/text/option_values.h.
+template <class Value>
+std::optional<Value> option_value(const std::string& option, const Result<Value>& parsed) {
+  if (parsed) return *parsed;
+  print({{option, 0, 0, parsed.error()}});
+  return std::nullopt;
+}
 
 }  // namespace evenstep::app

@@ -4,7 +4,7 @@ gives: the command runs, and each cell must be what it gives, rounded as it is p
 
     figures_test.py PROGRAM SOURCE_DIR            what takes less than a second a row
     figures_test.py PROGRAM SOURCE_DIR --long     the others, of the recordings those whose day it is: each third day
-    figures_test.py PROGRAM SOURCE_DIR --all      all rows, of a study of ten minutes, too
+    figures_test.py PROGRAM SOURCE_DIR --all      all rows
 """
 import datetime
 import json
@@ -186,28 +186,12 @@ def price_of_the_remap():
             compare(page, row, strategy, cell, [(stable[strategy], 1)])
 
 
-def errors_of_figure_1():
-    """What a study found, in newtons with a prefix, "rms (greatest)"; not the cost, which is the machine's."""
-    page = "docs/forces/study.md"
-    parts = ("total", "discretisation", "remap", "device")
-    points = output("study", str(SOURCE / "scenarios/paper/figure-1.toml"), "--json", "--out", "figure-1", "--set",
-                    "study.repeats=1")["points"]
-    found = {(one["strategy"], one["method"], f"{1e3 * one['substep_s']:.3g} ms"): one for one in points}
-    units = {"mN": 1e-3, "uN": 1e-6}
-    for row, cells in rows(page, "| strategy | method | step | felt error |", 3).items():
-        for part, cell in zip(parts, cells):
-            for text, which in zip(re.findall(r"[0-9.]+ [mu]N", cell), ("rms_N", "max_N"), strict=True):
-                compare(page, row, f"{part} {which}", text, [(found[row][part][which], units[text.split()[1]])])
-
-
 irregular_timing()
 if LONG:
     stiffness()
     price_of_the_remap()
     recorded_timing()
     reference_case()
-    if ALL:
-        errors_of_figure_1()
 else:
     what_it_reaches()
     gpu_of_today()

@@ -45,6 +45,19 @@ def test_a_damaged_recording_is_warned_of(tmp_path):
             call()
 
 
+def test_an_option_without_what_it_belongs_to_is_refused():
+    recording = "scenarios/recorded/small-paced30-basic.csv"
+    for options, expected in (({"confidence": "95 %"}, "confidence=: error: goes with a rate or a span"),
+                              ({"steps": 3}, "steps=: error: goes with step_time="),
+                              ({"step_time": "1 ms"}, "steps=: error: goes with step_time="),
+                              ({"rate": "100 %"}, "rate=: error: \"100 %\" must be above 0 % and below 100 %"),
+                              ({"per": "0 h"}, "per=: error: must be above 0 h"),
+                              ({"sampling": "2 s"}, "sampling=: error: \"2 s\" is no period of at most 1 s")):
+        with pytest.raises(evenstep.ScenarioError) as refused:
+            evenstep.size(recording, **options)
+        assert str(refused.value).startswith(expected)
+
+
 def test_an_array_keeps_the_run_that_it_lies_in(spring):
     run = evenstep.run(spring)
     core = weakref.ref(run)

@@ -18,7 +18,7 @@
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/felt_study_record.h"
 #include "evenstep/reports/run_failure.h"
-#include "evenstep/text/quantity.h"
+#include "evenstep/text/option_values.h"
 #include "parts.h"
 
 namespace evenstep::python {
@@ -148,6 +148,7 @@ class Options {
     if (!result) raise({{std::string(name) + "=", 0, 0, result.error()}});
     into = *result;
   }
+  bool has(const char* name) const { return given_.contains(name); }
   /// Raises TypeError for an option that nobody has taken.
   void finish(const char* of) const {
     for (const auto& [name, value] : given_) {
@@ -162,23 +163,10 @@ class Options {
   py::list known_;
 };
 
-Result<Rate> rate_of(const std::string& text) {
-  const Result<Rate> rate = parse_rate(text);
-  if (rate) return *rate;
-  const Result<Duration> period = parse_duration(text);
-  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
-  return Failure(fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text));
-}
-Result<double> share_of(const std::string& text) {
-  const Result<double> share = parse_si(text, Dimension::ratio);
-  if (!share || (*share > 0 && *share < 1)) return share;
-  return Failure(fmt::format("\"{}\" must be above 0 % and below 100 %", text));
-}
-
 SizeOptions size_options(Options& given) {
   SizeOptions options;
-  given.parsed("sampling", rate_of, options.sampling);
-  given.parsed("step_size", rate_of, options.step_size);
+  given.parsed("sampling", parse_period_or_rate, options.sampling);
+  given.parsed("step_size", parse_period_or_rate, options.step_size);
   given.parsed(
       "emission",
       [](const std::string& word) -> Result<Emission> {
@@ -186,24 +174,11 @@ SizeOptions size_options(Options& given) {
         return Failure("\"" + word + "\" is neither \"hold\" nor \"linear\"");
       },
       options.emission);
-  given.parsed("rate", share_of, options.rate);
-  given.parsed("confidence", share_of, options.confidence);
+  given.parsed("rate", parse_share, options.rate);
+  given.parsed("confidence", parse_share, options.confidence);
+  given.parsed("per", parse_span, options.per);
   given.parsed(
-      "per",
-      [](const std::string& word) -> Result<Duration> {
-        const Result<double> span = parse_si(word, Dimension::time);
-        constexpr double kLongest = 9e9;  // s, what fits into 64 bits of ns
-        if (span && *span > 0) return Duration{static_cast<std::int64_t>(std::min(*span, kLongest) * 1e9)};
-        return Failure(span ? std::string("must be above 0 h") : span.error());
-      },
-      options.per);
-  given.parsed(
-      "damping",
-      [](const std::string& word) -> Result<double> {
-        const Result<double> damping = parse_si(word, Dimension::damping);
-        if (!damping || *damping > 0) return damping;
-        return Failure(std::string("must be above 0 N s/m"));
-      },
+      "damping", [](const std::string& word) { return parse_above_zero(word, Dimension::damping, "N s/m"); },
       options.damping_N_s_per_m);
   given.parsed(
       "fits", [](const std::string& word) { return parse_fits(word); }, options.fits);
@@ -214,6 +189,8 @@ SizeOptions size_options(Options& given) {
     if (!what_if) raise({{"what_if=", 0, 0, what_if.error()}});
     options.what_ifs.push_back(*what_if);
   }
+  if (given.has("confidence") && !options.rate && !options.per)
+    raise({{"confidence=", 0, 0, "goes with a rate or a span, which say of what; for example rate=\"0.1 %\""}});
   options.adaptive = given.take("adaptive", false);
   options.other_maps = given.take("other_maps", false);
   return options;
@@ -229,6 +206,8 @@ RecordingOptions recording_options(Options& given) {
   options.roles.steps = given.take("steps", std::int64_t{0});
   given.parsed(
       "step_time", [](const std::string& word) { return parse_duration(word); }, options.roles.step_time);
+  if (given.has("steps") != given.has("step_time"))
+    raise({{"steps=", 0, 0, "goes with step_time=: so many steps, each so long"}});
   options.preset = given.text("preset");
   options.profile.format = given.text("format");
   return options;

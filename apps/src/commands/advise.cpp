@@ -43,14 +43,19 @@ bool read_quantities(const AdviseArguments& arguments, AdviseOptions& options) {
     if (read) value = *read;
     return read.has_value();
   };
-  if (!arguments.sampling.empty() && !put(options.sampling, sampling_rate(arguments.sampling))) return false;
-  if (!arguments.step_size.empty() && !put(options.step_size, period_or_rate("--step-size", arguments.step_size)))
+  if (!arguments.sampling.empty() &&
+      !put(options.sampling, option_value("--sampling", parse_period_or_rate(arguments.sampling))))
     return false;
-  if (!arguments.rate.empty() && !put(options.rate, share("--rate", arguments.rate))) return false;
+  if (!arguments.step_size.empty() &&
+      !put(options.step_size, option_value("--step-size", parse_period_or_rate(arguments.step_size))))
+    return false;
+  if (!arguments.rate.empty() && !put(options.rate, option_value("--rate", parse_share(arguments.rate)))) return false;
   if (!arguments.damping.empty() &&
-      !put(options.damping_N_s_per_m, above_zero("--damping", arguments.damping, Dimension::damping, "N s/m")))
+      !put(options.damping_N_s_per_m,
+           option_value("--damping", parse_above_zero(arguments.damping, Dimension::damping, "N s/m"))))
     return false;
-  if (!arguments.mass.empty() && !put(options.mass_kg, above_zero("--mass", arguments.mass, Dimension::mass, "kg")))
+  if (!arguments.mass.empty() &&
+      !put(options.mass_kg, option_value("--mass", parse_above_zero(arguments.mass, Dimension::mass, "kg"))))
     return false;
   return arguments.firmware_rate.empty() ||
          put(options.firmware_rate, rate_between("--firmware-rate", arguments.firmware_rate, 100, 100'000));

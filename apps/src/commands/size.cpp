@@ -61,15 +61,13 @@ bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
         {{sure->option, 0, 0, "a confidence goes with a rate or a span, which say of what; for example --rate \"0.1 %\""}});
     return false;
   }
-  if (!rate->value.empty() && !(options.rate = share(rate->option, rate->value))) return false;
+  if (!rate->value.empty() && !(options.rate = option_value(rate->option, parse_share(rate->value)))) return false;
   if (!per->value.empty()) {
-    const std::optional<double> span = above_zero(per->option, per->value, Dimension::time, "h");
-    if (!span) return false;
-    constexpr double kLongest = 9e9;  // s, what fits into 64 bits of ns
-    options.per = Duration{static_cast<std::int64_t>(std::min(*span, kLongest) * 1e9)};
+    options.per = option_value(per->option, parse_span(per->value));
+    if (!options.per) return false;
   }
   if (sure->value.empty()) return true;
-  const std::optional<double> confidence = share(sure->option, sure->value);
+  const std::optional<double> confidence = option_value(sure->option, parse_share(sure->value));
   options.confidence = confidence.value_or(options.confidence);
   return confidence.has_value();
 }
@@ -102,19 +100,20 @@ bool read_what_ifs(const SizeArguments& arguments, SizeOptions& options) {
 std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   SizeOptions options;
   if (!arguments.sampling.empty()) {
-    const std::optional<Rate> rate = sampling_rate(arguments.sampling);
+    const std::optional<Rate> rate = option_value("--sampling", parse_period_or_rate(arguments.sampling));
     if (!rate) return std::nullopt;
     options.sampling = *rate;
   }
   if (!arguments.step_size.empty()) {
-    const std::optional<Rate> rate = period_or_rate("--step-size", arguments.step_size);
+    const std::optional<Rate> rate = option_value("--step-size", parse_period_or_rate(arguments.step_size));
     if (!rate) return std::nullopt;
     options.step_size = *rate;
   }
   options.other_maps = arguments.other_maps;
   if (arguments.emission == "linear") options.emission = Emission::linear;
   if (!arguments.damping.empty()) {
-    const std::optional<double> damping = above_zero("--damping", arguments.damping, Dimension::damping, "N s/m");
+    const std::optional<double> damping =
+        option_value("--damping", parse_above_zero(arguments.damping, Dimension::damping, "N s/m"));
     if (!damping) return std::nullopt;
     options.damping_N_s_per_m = *damping;
   }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "evenstep/time/result.h"
-#include "profile_builder.h"
+#include "src/profiles/profile_builder.h"
 
 struct sqlite3;
 struct sqlite3_stmt;

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <map>
 
-#include "decimal_time.h"
 #include "library.h"
-#include "profile_formats.h"
+#include "src/profiles/decimal_time.h"
+#include "src/profiles/profile_formats.h"
 
 namespace evenstep::internal {
 namespace {

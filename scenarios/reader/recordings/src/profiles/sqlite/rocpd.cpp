@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-#include "decimal_time.h"
 #include "library.h"
-#include "profile_builder.h"
+#include "src/profiles/decimal_time.h"
+#include "src/profiles/profile_builder.h"
 
 namespace evenstep::internal {
 namespace {
