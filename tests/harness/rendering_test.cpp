@@ -14,8 +14,8 @@ namespace {
 const std::string kLocal = "device.left.render={ kind = \"local\" }";
 
 const std::string kPid = "device.left.driver=\"pid\"";
-const std::string kPidSpec =
-    "device.left.pid={ travel = [\"800 mm\", \"800 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0 }";  // 250 N/m
+const std::string kPidSpec =  // 250 N/m
+    "device.left.pid={ travel = [\"800 mm\", \"800 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, springs = [\"x\"] }";
 
 std::vector<std::string> short_run(std::vector<std::string> set) {
   set.insert(set.end(), {"run.duration=\"1 s\"", "expect=[]"});
