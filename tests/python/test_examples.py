@@ -1,5 +1,6 @@
 """The scripts of examples/python."""
 import importlib.util
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,14 @@ def run(script, *words, folder):
 
 def test_masses_and_springs_in_numpy_are_felt_evenly(tmp_path):
     direct, remapped, verdict = run("mass_spring.py", folder=tmp_path).splitlines()
+    assert float(direct.split()[1]) > 1000 * float(remapped.split()[1])
+    assert verdict.startswith("pass, trace ")
+
+
+def test_a_mass_in_mujoco_is_felt_evenly(tmp_path):
+    if not Path("/usr/include/mujoco/mujoco.h").exists() or shutil.which("cc") is None:
+        pytest.skip("MuJoCo or a C compiler is not installed (Debian: libmujoco-dev, gcc)")
+    direct, remapped, verdict = run("mujoco_mass.py", folder=tmp_path).splitlines()
     assert float(direct.split()[1]) > 1000 * float(remapped.split()[1])
     assert verdict.startswith("pass, trace ")
 
