@@ -5,7 +5,6 @@ the build folder, so a wheel is what the program is made of and needs nothing fr
 """
 import base64
 import hashlib
-import os
 import subprocess
 import sys
 import sysconfig
@@ -21,12 +20,10 @@ def _built(settings):
     if settings and "build-dir" in settings:
         return Path(settings["build-dir"]).resolve() / "apps/python"
     build = ROOT / "build/wheel"
-    options = ["-D", "CMAKE_BUILD_TYPE=Release", "-D", "EVENSTEP_BUILD_TESTS=OFF", "-D", "EVENSTEP_BUILD_BENCH=OFF",
+    options = ["-D", "EVENSTEP_BUILD_TESTS=OFF", "-D", "EVENSTEP_BUILD_BENCH=OFF",
                "-D", "EVENSTEP_PYTHON=ON", "-D", f"Python3_EXECUTABLE={sys.executable}"]
-    subprocess.run(["cmake", "-G", "Ninja", "-S", str(ROOT), "-B", str(build), *options], check=True, stdout=sys.stderr)
-    # With a number: without one make starts all compilers at a time.
-    subprocess.run(["cmake", "--build", str(build), "--parallel", str(len(os.sched_getaffinity(0))), "--target",
-                    "evenstep_python"], check=True, stdout=sys.stderr)
+    subprocess.run(["cmake", "--preset", "release", "-B", str(build), *options], cwd=ROOT, check=True, stdout=sys.stderr)
+    subprocess.run(["cmake", "--build", str(build), "--target", "evenstep_python"], check=True, stdout=sys.stderr)
     return build / "apps/python"
 
 
