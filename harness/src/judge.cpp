@@ -457,10 +457,9 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
       const std::string_view driver = std::visit([](const auto& spec) { return spec.kName; }, device->driver);
-      error(at.signal,
-            fmt::format(
-                "'{}' is in newtons, and driver = \"{}\" knows none; write full_scale in {} = {{ ... }} of device \"{}\"",
-                expectation.signal, driver, driver, device->name));
+      error(at.signal, fmt::format("'{}' is in newtons, and driver = \"{}\" knows none; write full_scale (of a wheel: "
+                                   "torque) in {} = {{ ... }} of device \"{}\"",
+                                   expectation.signal, driver, driver, device->name));
       continue;
     }
     if (compares_with_twin(expectation.metric) && has_hand(scenario)) {

@@ -335,7 +335,8 @@ case_a_device_that_is_none_is_refused() {
     "${evdev[@]}"
   local newtons='expect=[{ signal = "left.force.phase_locked", metric = "jump_max", max = "1 N" }]' driver
   for driver in pid evdev; do
-    expect 2 "driver = \"$driver\" knows none; write full_scale in $driver = { ... } of device \"left\"" check "$live" \
+    expect 2 "knows none; write full_scale (of a wheel: torque) in $driver = { ... } of device \"left\"" \
+      check "$live" \
       --set "device.left.driver=\"$driver\"" --set "device.left.$driver={ travel = [\"0.2 m\", \"0 m\", \"0 m\"] }" \
       --set "$newtons"
   done
