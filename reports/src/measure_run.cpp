@@ -345,6 +345,7 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   put(values, "latency", nearest_s(latency.latency));
   put(values, "latency_any_phase", nearest_s(latency.least_any_phase));
   put(values, "latency_this_phase", nearest_s(latency.least_this_phase));
+  put(values, "played_age", device.loop.played_age_s.value_or(0), device.loop.played_age_s.has_value());
   put(values, "least_entries", static_cast<double>(latency.least_entries), latency.least_entries > 0);
   if (steps.empty()) return values;
   const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };

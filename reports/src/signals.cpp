@@ -78,6 +78,7 @@ constexpr std::array kBuffers = std::to_array<MetricUnit>({
     {"overruns", "count", kLess}, {"predicted_interaction_underruns", "count", kLess},
     {"predicted_late_forces", "count", kLess}, {"lead", "s", kLess}, {"latency", "s", kLess},
     {"latency_any_phase", "s", kLess}, {"latency_this_phase", "s", kLess}, {"least_entries", "count", kLess},
+    {"played_age", "s", kLess},
     {"gated", "count", kLess}, {"gate_wait", "s", kLess}, {"interaction_lateness_max", "s", kLess},
     {"force_lateness_max", "s", kLess},
 });

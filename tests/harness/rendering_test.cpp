@@ -244,6 +244,35 @@ TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean
   CHECK(loop.scheduled_s == Approx(age_s / static_cast<double>(played) + 0.5e-3 + 0.5e-3).epsilon(5e-3));  // ticks, not time
 }
 
+TEST_CASE("the mean age of what an engine interpolates is that of the forces that its run sends") {
+  for (const char* file : {"loops/unity.toml", "loops/unreal.toml", "loops/godot.toml", "paper/figure-1-spring.toml"}) {
+    const Scenario scenario =
+        read(file, {"run.strategies=[\"interpolated\", \"direct\", \"filtered\", \"holt_winters\"]", "expect=[]"});
+    const RunRecord run = run_all(scenario);
+    const double spring_N_per_m = std::get<SpringScene>(scenario.scene.body).stiffness_N_per_m;
+    for (const char* name : {"direct", "interpolated"}) {
+      const DeviceRecord& device = strategy(run, name).devices[0];
+      const ProgrammedMotion& motion = scenario.devices[0].motion;
+      const double at_1_s_m = position_m(motion, RealTime{1'000'000'000}).x,
+                   speed = position_m(motion, RealTime{2'000'000'000}).x - at_1_s_m;
+      double age_s = 0;
+      std::int64_t played = 0;
+      for (const TickRow& tick : device.ticks) {
+        if (!tick.started || tick.at < RealTime{500'000'000}) continue;
+        age_s += seconds(tick.at) - 1 - (-tick.force_N[0] / spring_N_per_m - at_1_s_m) / speed;
+        ++played;
+      }
+      INFO(file << " " << name);
+      REQUIRE(played > 1000);
+      // The run counts at ticks of 1 ms, the loop over time.
+      CHECK(device.loop.played_age_s.value() == Approx(age_s / static_cast<double>(played)).margin(0.6e-3));
+    }
+    CHECK(strategy(run, "interpolated").devices[0].loop.played_age_s > strategy(run, "direct").devices[0].loop.played_age_s);
+    CHECK_FALSE(strategy(run, "filtered").devices[0].loop.played_age_s);
+    CHECK_FALSE(strategy(run, "holt_winters").devices[0].loop.played_age_s);
+  }
+}
+
 TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
   const Scenario late = read("paper/figure-1-spring.toml", {"device.left.delay=\"2.5 ms\""}),
                  prompt = read("paper/figure-1-spring.toml");

@@ -140,11 +140,12 @@ TEST_CASE("the table of strategies has the largest values of the devices, and th
   metrics["left.force.paper"] = {{"jump_max", 0.25}, {"underruns", 7}, {"saturated", 30}};
   metrics["right.force.paper"] = {{"jump_max", 0.125}};
   metrics["left.force.direct"] = {{"jump_max", std::nan("")}};
+  metrics["right.buffers.direct"] = {{"latency", 0}, {"played_age", 0.0043}};
   CHECK(strategy_table(run, {}).empty());  // nothing was measured
   CHECK(
       lines(strategy_table(run, metrics)) ==
       std::vector<std::string>{"strategy   latency  jump of hand  jump of force  late forces  missing samples  saturated",
-                               "direct           -             -              -            0                0          0",
+                               "direct    ~4.30 ms             -              -            0                0          0",
                                "paper     15.00 ms       2.50 um      250.00 mN     7 of 200         3 of 200         35"});
 }
 

@@ -12,27 +12,55 @@
 namespace evenstep {
 namespace {
 
+/// A step of which the force is played from its end on. `sampled`: when the sample that it answers was taken. `stamp`: from
+/// then on an engine moves from the force before to this one (Resampling::interpolated).
+struct ForceTimes {
+  RealTime sampled, ended, stamp;
+};
+
+/// How long, in seconds until `at`, this force would have counted whole, if it counted (t - stamp) / period at t, 1 at most:
+/// the integral of that.
+double counted_s(const ForceTimes& force, Duration period, RealTime at) {
+  const double t_s = seconds(at - force.stamp), period_s = seconds(period);
+  if (t_s <= 0) return 0;
+  return t_s < period_s ? t_s * t_s / (2 * period_s) : t_s - period_s / 2;
+}
+
 /// The mean age, while forces are played, of the sample that the force answers. The force of step n is played from its end
-/// to the end of the next step.
-double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
+/// to the end of the next step; between the last two forces (`interpolated`) the sample lies between their samples.
+double mean_age_s(const Scenario& scenario, StrategyKind kind, const DeviceSpec& device) {
+  const bool between = kind == StrategyKind::interpolated;
+  const Duration period{sim_time(scenario.scene.step_rate, 1).ns};
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   const RealTime end{scenario.run_duration.ns}, first_tick{device.phase.ns};
   double age_times_s = 0, played_s = 0;
-  std::optional<RealTime> sampled, ended;
+  std::optional<ForceTimes> before, last;
   SegmentTiming segment;
   while (timing->next(segment) && segment.begin < end) {
     for (const Interval& step : segment.steps) {
-      if (sampled) {
-        const double from_s = seconds(*ended - *sampled), to_s = seconds(step.end - *sampled);
+      if (last) {
+        const double from_s = seconds(last->ended - last->sampled), to_s = seconds(step.end - last->sampled);
         age_times_s += (to_s - from_s) * (to_s + from_s) / 2;
         played_s += to_s - from_s;
+        if (between && before) {
+          const double whole_s = counted_s(*last, period, step.end) - counted_s(*last, period, last->ended);
+          age_times_s += seconds(last->sampled - before->sampled) * (to_s - from_s - whole_s);
+        }
       }
       const std::int64_t tick = first_tick_at_or_after(device.rate, step.begin + Duration{1}, first_tick) - 1;
-      sampled = tick_time(device.rate, tick, first_tick);
-      ended = step.end;
+      const std::optional<SimTime> own = segment.simulated_at(step);
+      before = last;
+      last = {tick_time(device.rate, tick, first_tick), step.end, own ? RealTime{own->ns} + period : step.begin};
     }
   }
   return played_s > 0 ? age_times_s / played_s : 0;
+}
+
+/// Whether the age of what is played is that of samples: a filter adds its own delay, and what continues a line or a chunk
+/// plays what it expects for now.
+bool plays_a_sample(StrategyKind kind) {
+  const StrategyTraits& traits = traits_of(kind);
+  return traits.plays_as_it_comes && !traits.filters && (!traits.continues || kind == StrategyKind::interpolated);
 }
 
 /// The hand that feels the force, if there is one.
@@ -73,7 +101,7 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   loop.period_s = period_s(device.rate);
   const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
   const double latency_s =
-      traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+      traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, plan.kind, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (const LocalRender* local = local_of(device); !local || !local->by_device) return loop;
@@ -100,6 +128,7 @@ bool capped_together(const Scenario& scenario, const StrategyPlan& plan) {
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
   LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness_N_per_m(scenario.scene)};
+  if (plays_a_sample(plan.kind)) record.played_age_s = loop.scheduled_s - loop.period_s / 2;
   if (std::holds_alternative<SmithRender>(device.render)) return record;  // the laws hold for a spring only
   const double alpha = alpha_or_none(scenario, plan, device);
   LoopDelays of_host = loop;

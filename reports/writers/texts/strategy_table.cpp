@@ -33,6 +33,8 @@ FiguresOfStrategy figures_of(const StrategyRecord& strategy, const Metrics& metr
     }
     return text;
   };
+  // Forces that are played as they come have no latency, but an age.
+  const std::string age = largest(".buffers.", "played_age", 1e3, "ms");
   double late = 0, missing = 0, judged = 0, saturated = 0;
   for (const DeviceRecord& device : strategy.devices) {
     late += value(device, ".force.", "underruns");
@@ -42,7 +44,7 @@ FiguresOfStrategy figures_of(const StrategyRecord& strategy, const Metrics& metr
   }
   const auto of = [&](double count) { return count > 0 ? fmt::format("{} of {}", count, judged) : std::string("0"); };
   return {strategy.name,
-          largest(".buffers.", "latency", 1e3, "ms"),
+          age == "-" ? largest(".buffers.", "latency", 1e3, "ms") : "~" + age,
           largest(".interaction.", "velocity_jump", 1e6, "um"),
           largest(".force.", "jump_max", 1e3, "mN"),
           of(late),

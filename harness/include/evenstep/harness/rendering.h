@@ -14,8 +14,8 @@ namespace evenstep {
 
 /// The delays of the loop over this device. L_e is the delay of the schedule, L + h/2, with hold emission half a slot more;
 /// it is the same for the twin that knows the motion. For strategies that play forces as they come (`direct` and similar
-/// ones) it is the mean age, over the timing of this run, of the sample that the force of a tick answers; the delay of a
-/// filter is not included.
+/// ones) it is the mean age, over the timing of this run, of the sample that the force of a tick answers; between two forces
+/// (`interpolated`) it lies between their samples. The delay of a filter is not included.
 LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 /// device.render alpha, or the automatic one; for a device that renders `local`.
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);

@@ -91,6 +91,9 @@ struct LoopRecord {
   std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, for a hand that feels the force
   std::optional<double> alpha = {}, alpha_star = {};   ///< for a local model
   std::optional<double> cap_N_per_m = {};              ///< for a local model; infinite: no cap
+  /// For a strategy without a latency, which plays forces as they come: the mean age, over the programmed timing, of the
+  /// sample that the played force answers. Empty where that is no sample's age: behind a filter or a prediction.
+  std::optional<double> played_age_s = {};
 };
 
 /// What became of a device's ticks, samples and forces over the whole run, counted where it happened. balance.h says which

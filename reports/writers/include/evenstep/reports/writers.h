@@ -46,10 +46,11 @@ std::string live_lines(const RunRecord& run, const Metrics& metrics);
 std::string device_notes(const RunRecord& run);
 /// How the errors of each signal that was asserted grow over the judged time; one line per signal, for people.
 std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results);
-/// A line per strategy, for people: its latency, the largest jump of the hand (velocity_jump of the interaction, per step)
-/// and of the force (jump_max, between two ticks), and how many forces were late, samples missing, and samples and forces
-/// saturated. Of several devices the largest value ("-": none has one), and
-/// the sum of the counts. Empty if nothing was measured, as of a run that failed.
+/// A line per strategy, for people: its latency ("~": it has none, and this is the mean age of what its forces answer,
+/// played_age), the largest jump of the hand (velocity_jump of the interaction, per step) and of the force
+/// (jump_max, between two ticks), and how many forces were late, samples missing, and samples and forces saturated. Of
+/// several devices the largest value ("-": none has one), and the sum of the counts. Empty if nothing was measured, as of a
+/// run that failed.
 std::string strategy_table(const RunRecord& run, const Metrics& metrics);
 /// "left.force.direct velocity_jump: 5.4 step, limit <= 4 step: …": why and where an expectation does not hold.
 std::string failure_message(const ExpectationResult& result);
