@@ -181,7 +181,7 @@ def reference_case():
         if of_maps is None:
             if max(value for value, _ in found) > 1e-11 * of_direct:
                 problems.append(f"{page}: '{row}': more than rounding is left: {found}")
-        elif "," in maps:  # a number for each
+        elif "(paper)" in maps:  # a number for each
             compare(page, row, "both maps", maps, found)
         else:
             for one in found:
@@ -336,6 +336,58 @@ def other_maps():
             compare(page, row, name, cell, [(one["latency_any_phase_ns"], 1e6), (one["velocity_jump"], 1)])
 
 
+def growth_rates():
+    """How often a series of a known kind gets its name."""
+    page, found = "docs/reference/metrics.md", {}
+    for kind, named, falsely in re.findall(r"^(\S.*?) +\d+ bins: .*?named +(\S+) %, falsely +(\S+) %",
+                                           printed(BUILD / "tests/reports/test_reports", "[.rates]"), re.MULTILINE):
+        found.setdefault(kind, []).append((float(named), float(falsely)))
+    for row, (_, named, falsely) in rows(page, "| error | is | named: 20, 60, 119 bins |").items():
+        compare(page, row, "named", named, [(one, 1) for one, _ in found[row]])
+        compare(page, row, "falsely", falsely, [(one, 1) for _, one in found[row]])
+
+
+def ages():
+    page = "docs/devices/ages.md"
+    for heading, row, scenario, unit in (
+            ("| | time of the read | time at which", "one clock: deviation from the line, velocity jump", "report-ages", 0.01 / 450),
+            ("| | time of the read | time at which", "the device's clock gains 100 ppm, after 45 s", "report-ages-clock", 0.01 / 450),
+            ("| | time of the read | time of the event", "deviation from the line, velocity jump", "event-times", 0.01 / 450)):
+        for device, cell in zip(("arrival", "left"), rows(page, heading)[row]):
+            found = metrics("timing/" + scenario)[f"{device}.interaction.phase_locked"]
+            compare(page, row, device, cell, [(found["deviation_max"], unit), (found["velocity_jump"], unit)])
+
+
+def in_sentences():
+    """Figures outside of tables: the groups of an expression are (value, unit)."""
+    def said(page, expression, *values):
+        found = re.search(expression, " ".join((SOURCE / page).read_text(encoding="utf-8").split()))
+        if found is None:
+            problems.append(f"{page}: does not say '{expression}'")
+        for number, value in zip(found.groups() if found else (), values):
+            compare(page, found[0], "in the sentence", number, [value])
+
+    def of(scenario, signal, metric, unit, *strategies):
+        return [(worst(scenario, signal, strategy, metric), unit) for strategy in strategies]
+
+    jump = ("interaction", "velocity_jump", SLOT_M)
+    said("docs/choose/paper.md", r"10 % jitter makes jumps of (\S+) steps", *of("timing/no-visualization-jitter", *jump, "direct"))
+    said("docs/choose/paper.md", r"the jump is then (\S+) \((\S+) without a map, (\S+) with `paper`\)",
+         *of("timing/no-cycle", *jump, "phase_locked", "direct", "paper"))
+    said("docs/choose/paper.md", r"\| (\S+) ms: one visualization and the lead.*?the mean age is (\S+) ms",
+         *of("paper/figure-1-spring", "interaction", "latency_max", 1e-3, "paper"),
+         *of("paper/figure-1-spring", "interaction", "latency_mean", 1e-3, "paper"))
+    needs = output("size", str(SOURCE / "scenarios/timing/hitch.toml"), "--json")["strategies"]["phase_locked"]
+    said("docs/choose/paper.md", r"requires a latency of (\S+) ms", (needs["latency_any_phase_ns"], 1e6))
+    page = "docs/choose/alternatives.md"
+    said(page, r"the force jumps by (\S+) mN from tick to tick, compared with (\S+) mN for `direct` and (\S+) mN for",
+         *of("timing/variable-step-substeps", "force", "jump_max", 1e-3, "variable_step", "direct", "phase_locked"))
+    said(page, r"(\S+) ms with `paper` and (\S+) ms with `phase_locked` in 12 s",
+         *of("timing/gate", "buffers", "gate_wait", 1e-3, "paper", "phase_locked"))
+    said(page, r"\| `direct` \| (\S+) mm \|.*?`predict` \| (\S+) mm.*?Butterworth 10 Hz on the interaction \| (\S+) mm",
+         *of("timing/dead-stop", "interaction", "error_at_stop", 1e-3, "direct", "predict", "filtered"))
+
+
 irregular_timing()
 reference_case()
 if LONG:
@@ -353,6 +405,10 @@ if ALL or not LONG:
     recovery()
     adaptive_latency()
     sine_at_the_device()
+    ages()
+    in_sentences()
+if ALL:
+    growth_rates()
 if compared < 3:
     problems.append("no figure was compared")
 print("\n".join(problems) or f"ok: {compared} figures")
