@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The tables of README.md, docs/choose/numerics.md, docs/forces/stiffness.md and docs/forces/study.md whose figures a command
-gives: the command runs, and each cell must be what it gives, rounded as it is printed there.
+"""The tables of README.md and of docs/ whose figures a command gives, and that docs_test.py does not compare: the command
+runs, and each cell must be what it gives, rounded as it is printed there.
 
-    figures_test.py PROGRAM SOURCE_DIR            what takes less than a second a row
-    figures_test.py PROGRAM SOURCE_DIR --long     the others, of the recordings those whose day it is: each third day
-    figures_test.py PROGRAM SOURCE_DIR --all      all rows
+    figures_test.py PROGRAM SOURCE_DIR BUILD_DIR            what takes less than a second a row
+    figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --long     the others, of the recordings those whose day it is: each third day
+    figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --all      all rows
 """
 import datetime
 import json
@@ -15,9 +15,9 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
-PROGRAM, SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
-ALL = "--all" in sys.argv[3:]
-LONG = ALL or "--long" in sys.argv[3:]
+PROGRAM, SOURCE, BUILD = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve(), Path(sys.argv[3]).resolve()
+ALL = "--all" in sys.argv[4:]
+LONG = ALL or "--long" in sys.argv[4:]
 PLACE = tempfile.TemporaryDirectory(prefix="evenstep figures ")
 SLOT_M = 0.1 / 450  # of the spring that scenarios/timing extends: the hand's way from one step to the next
 
@@ -31,20 +31,28 @@ def output(*words):
     return json.loads(done.stdout)
 
 
-@lru_cache(maxsize=None)
-def metrics(scenario):
-    return output("run", str(SOURCE / "scenarios" / (scenario + ".toml")), "--json")["metrics"]
+def printed(*words):
+    """What another program than evenstep prints: one of the tests, or a script."""
+    return subprocess.run([str(word) for word in words], cwd=SOURCE, capture_output=True, text=True, check=True).stdout
 
 
 @lru_cache(maxsize=None)
-def size(recording):
-    return output("size", str(SOURCE / "scenarios/recorded" / (recording + ".csv")), "--json")
+def metrics(scenario, *sets):
+    return output("run", str(SOURCE / "scenarios" / (scenario + ".toml")), "--json",
+                  *(word for one in sets for word in ("--set", one)))["metrics"]
 
 
-def worst(scenario, signal, strategy, metric):
-    """The largest of all devices."""
-    return max(values[metric] for name, values in metrics(scenario).items()
-               if re.fullmatch(rf"\w+\.{signal}\.{strategy}", name))
+@lru_cache(maxsize=None)
+def size(recording, *options):
+    ending = "" if "." in recording else ".csv"
+    return output("size", str(SOURCE / "scenarios/recorded" / (recording + ending)), "--json", *options)
+
+
+def worst(scenario, signal, strategy, metric, *sets):
+    """The largest of all devices; None if it is infinite."""
+    values = [values[metric] for name, values in metrics(scenario, *sets).items()
+              if re.fullmatch(rf"\w+\.{signal}\.{strategy}", name)]
+    return None if None in values else max(values)
 
 
 def same(cell, value, unit):
@@ -75,15 +83,44 @@ def rows(page, heading, keys=0):
 
 
 def compare(page, row, what, cell, values):
-    """`cell` has numbers, with a comma between them; `values` are (value, unit)."""
+    """`cell` has numbers among its words; `values` are (value, unit), as many as there are numbers or the first of them."""
     global compared
-    numbers = [part.strip() for part in cell.split(", ")]
+    numbers = re.findall(r"(?<![\w.])\d[\d.]*(?:e-?\d+)?(?!\w)", cell)
     if len(numbers) < len(values):
         problems.append(f"{page}: '{row}', {what}: {len(values)} numbers are expected in '{cell}'")
     for number, (value, unit) in zip(numbers, values):
         compared += 1
         if not same(number, value, unit):
             problems.append(f"{page}: '{row}', {what}: {number}, and the command gives {value / unit:.4g}")
+
+
+def table_after(lines, beginning, whole=False):
+    """(head, {first cell: all cells}) of the first table below the line that begins so, or that is this `whole` one."""
+    at = next((i for i, line in enumerate(lines) if (line == beginning if whole else line.startswith(beginning))), None)
+    at = next((i for i, line in enumerate(lines) if at is not None and i > at and line.startswith("|")), None)
+    if at is None:
+        sys.exit(f"no table below '{beginning}'")
+    found = []
+    while at < len(lines) and lines[at].startswith("|"):
+        found.append([cell.strip() for cell in lines[at].strip("|").split("|")])
+        at += 1
+    return found[0], {line[0]: line for line in found[2:]}
+
+
+def compare_printed(page, text, places):
+    """The page's tables are parts of those that a command prints: the same words in the same row and column. `places` maps
+    how the line before the page's table begins to the line before the printed one."""
+    global compared
+    lines = (SOURCE / page).read_text(encoding="utf-8").split("\n")
+    for on_page, in_text in places.items():
+        head, table = table_after(lines, on_page)
+        printed_head, printed_table = table_after(text.split("\n"), in_text, whole=True)
+        for first, cells in table.items():
+            for name, cell in zip(head[1:], cells[1:]):
+                compared += 1
+                now = printed_table[first][printed_head.index(name)] if first in printed_table and name in printed_head else None
+                if cell != now:
+                    problems.append(f"{page}: '{first}', {name}: {cell}, and the command gives {now}")
 
 
 def irregular_timing():
@@ -100,11 +137,14 @@ def irregular_timing():
             compare(page, row, strategy, cell, [(jump, SLOT_M)])
 
 
+def is_its_day(number):
+    return ALL or (number + datetime.date.today().toordinal()) % 3 == 0
+
+
 def recorded_timing():
     page = "README.md"
-    today = datetime.date.today().toordinal()
     for number, (row, cells) in enumerate(rows(page, "| recording | direct | paper | phase_locked |").items()):
-        if not ALL and (number + today) % 3:
+        if not is_its_day(number):
             continue
         scenario = "recorded/" + row.split()[0]
         for strategy, cell in zip(("direct", "paper", "phase_locked"), cells):
@@ -112,16 +152,44 @@ def recorded_timing():
                                                 (worst(scenario, "force", strategy, "jump_max"), 1e-3)])
 
 
+def two_commands():
+    """What ./run.sh prints of figure 1, in a block of text."""
+    page, columns = "README.md", (("buffers", "latency", 1e-3), ("interaction", "velocity_jump", 1e-6),
+                                  ("force", "jump_max", 1e-3), ("force", "late", 1), ("interaction", "underruns", 1),
+                                  ("force", "saturated", 1))
+    lines = re.findall(r"^(ideal|direct|paper|phase_locked) +(\d.*)$", (SOURCE / page).read_text(encoding="utf-8"), re.MULTILINE)
+    if len(lines) != 4:
+        problems.append(f"{page}: {len(lines)} of 4 strategies")
+    for strategy, line in lines:
+        compare(page, "./run.sh", strategy, line,
+                [(worst("paper/figure-1", signal, strategy, metric), unit) for signal, metric, unit in columns])
+
+
 def reference_case():
-    page = "README.md"
+    page, spring, step_N = "README.md", "paper/figure-1-spring", 200 * SLOT_M
     table = rows(page, "| | direct | remapped |")
-    for row, scenario, metric, of_direct, of_maps in (
-            ("tissue, force against the ideal twin, worst device", "paper/figure-1", "deviation_from_ideal", 1e-3, 1e-6),
-            ("tissue, largest force change from one tick to the next", "paper/figure-1", "jump_max", 1e-3, 1e-3)):
+    for row, scenario, signal, metric, of_direct, of_maps in (
+            ("interaction, velocity jump", spring, "interaction", "velocity_jump", SLOT_M, SLOT_M),
+            ("force at the device's ticks, linear emission, velocity jump", spring, "force", "velocity_jump", step_N, None),
+            ("tissue, force against the ideal twin, worst device", "paper/figure-1", "force", "deviation_from_ideal", 1e-3, 1e-6),
+            ("tissue, largest force change from one tick to the next", "paper/figure-1", "force", "jump_max", 1e-3, 1e-3)):
+        if scenario != spring and not LONG:
+            continue
         direct, maps = table[row]
-        compare(page, row, "direct", direct, [(worst(scenario, "force", "direct", metric), of_direct)])
-        for strategy in ("paper", "phase_locked"):
-            compare(page, row, strategy, maps, [(worst(scenario, "force", strategy, metric), of_maps)])
+        compare(page, row, "direct", direct, [(worst(scenario, signal, "direct", metric), of_direct)])
+        found = [(worst(scenario, signal, strategy, metric), of_maps) for strategy in ("phase_locked", "paper")]
+        if of_maps is None:
+            if max(value for value, _ in found) > 1e-11 * of_direct:
+                problems.append(f"{page}: '{row}': more than rounding is left: {found}")
+        elif "(paper)" in maps:  # a number for each
+            compare(page, row, "both maps", maps, found)
+        else:
+            for one in found:
+                compare(page, row, "both maps", maps, [one])
+    needs = [output("size", str(SOURCE / "scenarios/paper" / (name + ".toml")), "--json")["strategies"]["phase_locked"]
+             ["latency_any_phase_ns"] for name in ("figure-1-spring-hold", "figure-1-spring")]
+    compare(page, "least latency", "held, interpolated", table["least latency from hand to force"][1],
+            [(one, 1e6) for one in needs])
 
 
 def what_it_reaches():
@@ -155,10 +223,9 @@ def stiffness():
     """The page's tables are parts of those that the script prints: the same words in the same row and column."""
     global compared
     page = "docs/forces/stiffness.md"
-    names = ("spring", "device", "quality")
-    printed = subprocess.run([sys.executable, str(SOURCE / "bench/stiffness_tables.py"), PROGRAM, *names], cwd=SOURCE,
-                             capture_output=True, text=True, check=True).stdout
-    for table in re.findall(r"^\|.*\n\|[-|]+\|\n(?:\|.*\n)+", printed, re.MULTILINE):
+    names = ("spring", "device", "quality", *(("delay", "mode", "lattice", "lattice-error") if ALL else ()))
+    text = printed(sys.executable, "bench/stiffness_tables.py", PROGRAM, *names)
+    for table in re.findall(r"^\|.*\n\|[-|]+\|\n(?:\|.*\n)+", text, re.MULTILINE):
         header, _, *lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
         # Where the first columns of several rows are the same, the first two name one.
         keys = 2 if len({line[0] for line in lines}) < len(lines) else 1
@@ -176,8 +243,8 @@ def stiffness():
 def price_of_the_remap():
     page = "docs/forces/study.md"
     table = rows(page, "| scene, hand | direct | phase_locked |")
-    for row, sets in (("spring or wall, A", []),
-                      ("spring or wall, H", ['device.left.motion.arm={ mass = "0.554 kg", damping = "6.45 N s/m", '
+    for row, sets in (("spring, A", []),
+                      ("spring, H", ['device.left.motion.arm={ mass = "0.554 kg", damping = "6.45 N s/m", '
                                              'stiffness = "135 N/m" }']),
                       ("spring, A, hold emission", ['device.left.render={ kind = "force", emission = "hold" }'])):
         limits = output("study", str(SOURCE / "scenarios/closed-loop/price-study.toml"), "--json", "--out", "price",
@@ -187,15 +254,162 @@ def price_of_the_remap():
             compare(page, row, strategy, cell, [(stable[strategy], 1)])
 
 
+def shorter_pauses():
+    compare_printed("docs/choose/pauses.md", printed(sys.executable, "scripts/pauses.py", PROGRAM), {
+        "Least latency of phase_locked": "Least latency of phase_locked, ms", "Drawings a second;": "Drawings a second",
+        "Longest time without a drawing": "Longest time without a drawing, ms",
+        "Simulated over real time;": "Simulated over real time"})
+
+
+def other_sources():
+    global compared
+    page, text = "docs/choose/sources.md", printed(BUILD / "tests/sources/test_sources", "[.table]")
+    compare_printed(page, text, {f"`{name}.toml`": name for name in ("slower-clean", "slower", "chunks", "drifting-clock")})
+    wakes = [table_after(text.split("\n"), "wake-" + name, whole=True) for name in ("absolute-grid", "from-last-update", "catch-up")]
+    for strategy, cells in rows(page, "| strategy | latency `absolute-grid` |").items():
+        now = [table[strategy][head.index(column)] for column in ("latency, ms", "animation error, ms") for head, table in wakes]
+        compared += len(now)
+        if cells != now:
+            problems.append(f"{page}: '{strategy}' of the wakes: {cells}, and the command gives {now}")
+
+
+def loops():
+    page = "docs/timings/loops.md"
+    found = re.findall(r"clocked slew +(\S+) ms (\S+) +jump +(\S+) ms (\S+) +phase_locked +(\S+) ms (\S+)",
+                       printed(BUILD / "tests/scheduler_timing/test_loops", "[.print-loops]"))
+    table = rows(page, "| frames, steps | `clocked` | `phase_locked` |")
+    if len(found) != len(table):
+        problems.append(f"{page}: {len(table)} rows, and the command gives {len(found)}")
+    for (row, (clocked, locked)), numbers in zip(table.items(), found):
+        slew, slew_jump, at_once, at_once_jump, needs, jump = ((float(number), 1) for number in numbers)
+        compare(page, row, "clocked", clocked, [slew] if slew_jump[0] == 0 else [slew, slew_jump, at_once, at_once_jump])
+        compare(page, row, "phase_locked", locked, [needs, jump])
+
+
+def recovery():
+    page = "docs/timings/recovery.md"
+    units = {"s": 1, "ms": 1e-3}
+    kinds = ("recovery_time", "recovery_time_underruns", "recovery_time_latency", "recovery_time_jump")
+    for (row, strategy), cells in rows(page, "| scenario | strategy | `recovery_time`", 2).items():
+        for kind, cell in zip(kinds, cells):
+            value = worst(row, "force", strategy, kind)
+            if value is None or cell == "never":
+                compare(page, row, kind, "1" if cell == "never" else "0", [(0 if value is not None else 1, 1)])
+            else:
+                compare(page, row, kind, cell, [(value, units[(cell.split() + ["s"])[1]])])
+
+
+def adaptive_latency():
+    page = "docs/choose/sizing.md"
+    for row, cells in rows(page, "| scenario | fixed, nothing late | adaptive").items():
+        scenario = "timing/" + row.split()[0]
+        def of(metric, *sets):
+            return worst(scenario, "force", "phase_locked", metric, *sets)
+        mean, fixed = of("schedule_latency_mean"), of("schedule_latency", "remap.latency=minimal")
+        compare(page, row, "fixed", cells[0], [(fixed, 1e-3)])
+        if row == "latency-adaptive-constant":  # "the same to 1 ns", "none"
+            if max(abs(mean - fixed), of("schedule_latency") - mean) > 1.5e-9 or of("late") != 0:
+                problems.append(f"{page}: '{row}': {mean}, and not {fixed} throughout")
+            continue
+        compare(page, row, "adaptive", cells[1], [(mean, 1e-3), (of("schedule_latency_p50"), 1e-3), (of("schedule_latency"), 1e-3)])
+        compare(page, row, "late", cells[2], [(of("late"), 1)])
+        compare(page, row, "late if fixed", cells[3], [(of("late", f"remap.latency={round(mean * 1e9)} ns"), 1)])
+
+
+def sine_at_the_device():
+    page = "docs/choose/alternatives.md"
+    filters = {"One-Euro, min_cutoff 1 Hz, beta 1, on the force": ['remap.filter={ kind = "one-euro", on = "force" }', "expect=[]"]}
+    for row, cells in rows(page, "| strategy | gain at 1, 5, 10 Hz").items():
+        strategy = re.match(r"`(\w+)`", row)
+        for metric, cell, unit in zip(("gain", "phase_delay", "distortion"), cells, (1, 1e-3, 1e-2)):
+            compare(page, row, metric, cell,
+                    [(worst(f"timing/sine-{hertz}", "force", strategy[1] if strategy else "filtered", metric,
+                            *filters.get(row, [])), unit) for hertz in (1, 5, 10)])
+
+
+def other_maps():
+    page = "docs/choose/alternatives.md"
+    columns = [("paper", []), ("phase_locked", []), ("jack_dll", []), ("lsl_dejitter", []),
+               ("jack_dll", ["--set", 'remap.bandwidth="0.125 Hz"']), ("lsl_dejitter", ["--set", 'remap.bandwidth="0.0077 Hz"'])]
+    for number, (row, cells) in enumerate(rows(page, "| recording | `paper` | `phase_locked` | `jack_dll`, 2 Hz").items()):
+        for cell, (name, sets) in zip(cells, columns) if is_its_day(number) else ():
+            one = size(row + ".toml", "--other-maps", *sets)["strategies"][name]
+            compare(page, row, name, cell, [(one["latency_any_phase_ns"], 1e6), (one["velocity_jump"], 1)])
+
+
+def growth_rates():
+    """How often a series of a known kind gets its name."""
+    page, found = "docs/reference/metrics.md", {}
+    for kind, named, falsely in re.findall(r"^(\S.*?) +\d+ bins: .*?named +(\S+) %, falsely +(\S+) %",
+                                           printed(BUILD / "tests/reports/test_reports", "[.rates]"), re.MULTILINE):
+        found.setdefault(kind, []).append((float(named), float(falsely)))
+    for row, (_, named, falsely) in rows(page, "| error | is | named: 20, 60, 119 bins |").items():
+        compare(page, row, "named", named, [(one, 1) for one, _ in found[row]])
+        compare(page, row, "falsely", falsely, [(one, 1) for _, one in found[row]])
+
+
+def ages():
+    page = "docs/devices/ages.md"
+    for heading, row, scenario, unit in (
+            ("| | time of the read | time at which", "one clock: deviation from the line, velocity jump", "report-ages", 0.01 / 450),
+            ("| | time of the read | time at which", "the device's clock gains 100 ppm, after 45 s", "report-ages-clock", 0.01 / 450),
+            ("| | time of the read | time of the event", "deviation from the line, velocity jump", "event-times", 0.01 / 450)):
+        for device, cell in zip(("arrival", "left"), rows(page, heading)[row]):
+            found = metrics("timing/" + scenario)[f"{device}.interaction.phase_locked"]
+            compare(page, row, device, cell, [(found["deviation_max"], unit), (found["velocity_jump"], unit)])
+
+
+def in_sentences():
+    """Figures outside of tables: the groups of an expression are (value, unit)."""
+    def said(page, expression, *values):
+        found = re.search(expression, " ".join((SOURCE / page).read_text(encoding="utf-8").split()))
+        if found is None:
+            problems.append(f"{page}: does not say '{expression}'")
+        for number, value in zip(found.groups() if found else (), values):
+            compare(page, found[0], "in the sentence", number, [value])
+
+    def of(scenario, signal, metric, unit, *strategies):
+        return [(worst(scenario, signal, strategy, metric), unit) for strategy in strategies]
+
+    jump = ("interaction", "velocity_jump", SLOT_M)
+    said("docs/choose/paper.md", r"10 % jitter makes jumps of (\S+) steps", *of("timing/no-visualization-jitter", *jump, "direct"))
+    said("docs/choose/paper.md", r"the jump is then (\S+) \((\S+) without a map, (\S+) with `paper`\)",
+         *of("timing/no-cycle", *jump, "phase_locked", "direct", "paper"))
+    said("docs/choose/paper.md", r"\| (\S+) ms: one visualization and the lead.*?the mean age is (\S+) ms",
+         *of("paper/figure-1-spring", "interaction", "latency_max", 1e-3, "paper"),
+         *of("paper/figure-1-spring", "interaction", "latency_mean", 1e-3, "paper"))
+    needs = output("size", str(SOURCE / "scenarios/timing/hitch.toml"), "--json")["strategies"]["phase_locked"]
+    said("docs/choose/paper.md", r"requires a latency of (\S+) ms", (needs["latency_any_phase_ns"], 1e6))
+    page = "docs/choose/alternatives.md"
+    said(page, r"the force jumps by (\S+) mN from tick to tick, compared with (\S+) mN for `direct` and (\S+) mN for",
+         *of("timing/variable-step-substeps", "force", "jump_max", 1e-3, "variable_step", "direct", "phase_locked"))
+    said(page, r"(\S+) ms with `paper` and (\S+) ms with `phase_locked` in 12 s",
+         *of("timing/gate", "buffers", "gate_wait", 1e-3, "paper", "phase_locked"))
+    said(page, r"\| `direct` \| (\S+) mm \|.*?`predict` \| (\S+) mm.*?Butterworth 10 Hz on the interaction \| (\S+) mm",
+         *of("timing/dead-stop", "interaction", "error_at_stop", 1e-3, "direct", "predict", "filtered"))
+
+
 irregular_timing()
+reference_case()
 if LONG:
     stiffness()
     price_of_the_remap()
     recorded_timing()
-    reference_case()
-else:
+    two_commands()
+    other_maps()
+if ALL or not LONG:
     what_it_reaches()
     gpu_of_today()
+    shorter_pauses()
+    other_sources()
+    loops()
+    recovery()
+    adaptive_latency()
+    sine_at_the_device()
+    ages()
+    in_sentences()
+if ALL:
+    growth_rates()
 if compared < 3:
     problems.append("no figure was compared")
 print("\n".join(problems) or f"ok: {compared} figures")
