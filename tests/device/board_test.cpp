@@ -315,9 +315,67 @@ TEST_CASE("a board whose Block Load tells no block of its own is refused with wh
 TEST_CASE("an answer with the block of the effect before is asked again until the effect has its own") {
   BoardBench bench(BoardKind::late_load, with_springs(BoardKind::late_load));
   bench.driver->start();
-  CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "g 42") == 4 * 4);
+  CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "g 42") == 4 * 5);
   CHECK(bench.device.motors().effects_allocated == 4);
   CHECK_FALSE(bench.driver->pid_counters().pool_unknown);  // its pool declares no number
+}
+
+TEST_CASE("on every board a second run in which Block Load may still tell a block of the first has the same forces") {
+  for (const auto& [name, kind] : drivable_boards()) {
+    INFO(name);
+    BoardBench bench(kind, options_for(kind));
+    for (std::int64_t k = 0; k < 3; ++k) {
+      bench.driver->start();
+      const glm::dvec3 force_N{3, axes_of(kind) > 1 ? -2 : 0, 0};
+      bench.tick(k, force_N);
+      require_rendered(bench.device.motors().force_N, force_N, kind);
+      bench.driver->stop();
+      CHECK(is_still(bench.device.motors()));
+    }
+  }
+}
+
+TEST_CASE("a block that a late Block Load tells only once is believed when it has been asked often enough") {
+  struct Once final : HidTransport {
+    explicit Once(HidTransport& below) : device(below) {}
+    HidRead read(std::span<std::byte> buffer) override { return device.read(buffer); }
+    HidWrite write(std::span<const std::byte> report) override { return device.write(report); }
+    HidWrite set_feature(std::span<const std::byte> report) override { return asked = 0, device.set_feature(report); }
+    HidFeature get_feature(std::span<std::byte> report) override {
+      if (report[0] == std::byte{0x42} && asked++ != 3) return {HidFeature::Status::rejected};
+      return device.get_feature(report);
+    }
+    std::span<const std::byte> report_descriptor() const override { return device.report_descriptor(); }
+    const HidDeviceInfo& info() const override { return device.info(); }
+    HidTransport& device;
+    int asked = 0;
+  };
+  BoardBench bench(BoardKind::silent_pool, options_for(BoardKind::silent_pool));
+  Once once(bench.device);
+  PidDriver driver(once, layout_of(bench.device), options_for(BoardKind::silent_pool));
+  driver.start();
+  driver.read(bench.clock.now());
+  driver.write({3, -2, 0});
+  require_rendered(bench.device.motors().force_N, {3, -2, 0}, BoardKind::silent_pool);
+}
+
+TEST_CASE("what Linux 6.1 requires of a board changes no force of ours") {
+  for (const auto& [name, kind] : drivable_boards()) {
+    if (kind == BoardKind::openffboard_1 || kind == BoardKind::openffboard_2 || kind == BoardKind::arduino) continue;
+    INFO(name);
+    SimulatedBoardOptions device;
+    device.for_linux_6_1 = true;
+    BoardBench bench(kind, with_springs(kind), Still{{0.1, -0.05, 0}}, device);
+    bench.driver->start();
+    bench.tick(0, {3, -2, 0});
+    DeviceSpring spring;
+    spring.below_N_per_m = spring.above_N_per_m = {20, 20, 0};
+    spring.limit_N = {5, 5, 0};
+    bench.driver->write_spring(spring);
+    const double has_spring = kind != BoardKind::pxn, has_y = axes_of(kind) > 1;
+    require_rendered(bench.device.motors().force_N, {3 - has_spring * 2, has_y * (has_spring * 1 - 2), 0}, kind);
+    CHECK(layout_of(bench.device).set_effect.start_delay);
+  }
 }
 
 TEST_CASE("an effect that would never end is refused unless the user says that it may, and then it lasts") {

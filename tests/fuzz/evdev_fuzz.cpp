@@ -112,7 +112,8 @@ void require_sound(const DeviceSample& sample, const EvdevOptions& options, Real
 void list(const std::string& text) {
   std::istringstream lines(text);
   internal::EvdevTexts texts;
-  for (std::string* line : {&texts.name, &texts.vendor, &texts.product, &texts.serial, &texts.effects, &texts.axes})
+  for (std::string* line :
+       {&texts.name, &texts.vendor, &texts.product, &texts.serial, &texts.effects, &texts.axes, &texts.types})
     std::getline(lines, *line);
   const EvdevListing listing = internal::evdev_listing(texts);
   for (const char c : listing.info.name + listing.info.serial)

@@ -301,10 +301,12 @@ bool EvdevDriver::has_spring(int axis) const {
   return options_.springs && options_.reversed_spring[static_cast<std::size_t>(axis)].has_value();
 }
 
+/// A spring along Y points up, as PidDriver's: firmware that multiplies a spring by its direction then keeps its sign, and a
+/// sign that was measured in one way holds in the other. Most drivers of the kernel's ignore it.
 void EvdevDriver::create(int axis, bool is_spring) {
   EvdevEffect effect;
   effect.type = is_spring ? evdev::kSpring : evdev::kConstant;
-  effect.direction = axis == 0 ? evdev::kLeft : evdev::kDown;
+  effect.direction = axis == 0 ? evdev::kLeft : is_spring ? evdev::kUp : evdev::kDown;
   effect.length_ms = static_cast<std::uint16_t>(options_.effect_duration.ns / 1'000'000);
   const int error = tried([&] { return node_.upload(effect); });
   if (error == ENODEV) fail_gone();

@@ -55,8 +55,9 @@ std::string line_of(const fs::path& path) {
 
 internal::EvdevTexts texts_of(const std::string& event) {
   const fs::path device = kClass / event / "device";
-  return {line_of(device / "name"), line_of(device / "id/vendor"),       line_of(device / "id/product"),
-          line_of(device / "uniq"), line_of(device / "capabilities/ff"), line_of(device / "capabilities/abs")};
+  return {line_of(device / "name"),           line_of(device / "id/vendor"),       line_of(device / "id/product"),
+          line_of(device / "uniq"),           line_of(device / "capabilities/ff"), line_of(device / "capabilities/abs"),
+          line_of(device / "capabilities/ev")};
 }
 
 ff_effect kernel_effect(const EvdevEffect& effect) {
@@ -170,7 +171,8 @@ bool EvdevFile::has(int type, std::uint16_t code) {
   return code / 8u < bits.size() && ask(fd_, request, bits.data()) == 0 && (bits[code / 8u] >> (code % 8u) & 1) != 0;
 }
 bool EvdevFile::has_axis(std::uint16_t code) { return has(EV_ABS, code); }
-bool EvdevFile::has_feedback(std::uint16_t code) { return has(EV_FF, code); }
+/// The bits of effects alone say nothing: see has_effects (evdev_listing.h).
+bool EvdevFile::has_feedback(std::uint16_t code) { return has(0, EV_FF) && has(EV_FF, code); }
 
 int EvdevFile::axis(std::uint16_t code, EvdevAxis& axis) {
   input_absinfo got{};

@@ -32,15 +32,18 @@ bool has_bit(const std::string& mask, unsigned bit) {
 }  // namespace
 
 EvdevListing evdev_listing(const EvdevTexts& texts) {
+  const bool plays = has_effects(texts);
   EvdevListing listing{
       .info = {"", printable(texts.name), hexadecimal(texts.vendor), hexadecimal(texts.product), printable(texts.serial)},
-      .constant = has_bit(texts.effects, kConstantBit),
-      .spring = has_bit(texts.effects, kSpringBit),
-      .gain = has_bit(texts.effects, kGainBit)};
+      .constant = plays && has_bit(texts.effects, kConstantBit),
+      .spring = plays && has_bit(texts.effects, kSpringBit),
+      .gain = plays && has_bit(texts.effects, kGainBit)};
   for (unsigned axis = 0; axis < 3; ++axis) listing.has_axis[axis] = has_bit(texts.axes, axis);
   return listing;
 }
 
-bool has_effects(const EvdevTexts& texts) { return texts.effects.find_first_of("123456789abcdef") != std::string::npos; }
+bool has_effects(const EvdevTexts& texts) {
+  return has_bit(texts.types, evdev::kFf) && texts.effects.find_first_of("123456789abcdef") != std::string::npos;
+}
 
 }  // namespace evenstep::internal

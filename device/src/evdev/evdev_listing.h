@@ -10,12 +10,13 @@ namespace evenstep::internal {
 /// The first lines of files below /sys/class/input/eventN/device.
 struct EvdevTexts {
   std::string name, vendor, product, serial;  // name, id/vendor, id/product, uniq
-  std::string effects, axes;                  // capabilities/ff, capabilities/abs
+  std::string effects, axes, types;           // capabilities/ff, abs and ev
 };
 
 /// The listing, without a path and a refusal. Text that is no number counts as 0.
 EvdevListing evdev_listing(const EvdevTexts& texts);
-/// Whether the device can play any effect.
+/// Whether the device can play any effect. A driver of the kernel's that names effects and then gives the device up leaves
+/// their bits behind, without EV_FF among the types.
 bool has_effects(const EvdevTexts& texts);
 
 }  // namespace evenstep::internal

@@ -183,14 +183,18 @@ std::uint8_t PidDriver::allocate(bool is_spring) {
 }
 
 /// An answer may be shorter than declared, as long as block and status are there. One with the block of another effect is
-/// not yet the answer to this request: two effects in a block would move the force of one axis to the other.
+/// not yet the answer to this request: two effects in a block would move the force of one axis to the other. A device that
+/// does not answer at once may first tell the block of an effect of long ago, of a run before this one; so its answer counts
+/// once it has been given twice in a row, or if the device gives it no second time.
 std::uint8_t PidDriver::loaded_block() {
   const PidBlockLoad& load = *layout_.block_load;
-  bool was_taken = false;
+  bool was_taken = false, is_late = false;
+  std::uint8_t said = 0, said_last = 0;  // 0: nothing
   for (int asked = 0; asked < options_.block_load_tries; ++asked) {
     const auto report = compose(load.report);
     const HidFeature got = transport_.get_feature(report);
     if (got.status == HidFeature::Status::gone) internal::throw_gone(transport_);
+    is_late = is_late || got.status == HidFeature::Status::rejected;
     if (got.status != HidFeature::Status::ok) continue;
     const auto answer = report.first(std::min(got.size, report.size()));
     const auto says = [&](const std::optional<PidChoice>& status) { return status && is_chosen(answer, *status); };
@@ -205,8 +209,13 @@ std::uint8_t PidDriver::loaded_block() {
     const bool is_taken =
         std::any_of(effects_.begin(), effects_.end(), [&](const Effect& effect) { return effect.block == block; });
     was_taken = was_taken || is_taken;
-    if (block != 0 && !is_taken && (!load.success || says(load.success))) return block;
+    const bool is_own = block != 0 && !is_taken && (!load.success || says(load.success));
+    if (is_own && (!is_late || said_last == block)) return block;
+    is_late = true;
+    said_last = is_own ? block : std::uint8_t{0};
+    if (is_own) said = block;
   }
+  if (said != 0) return said;
   throw PidBlockLoadError(
       fmt::format("{}: the device did not say in {} tries {} (Block Load, 0x0F0089); its force feedback cannot be used: "
                   "leave out full_scale to read its positions alone",

@@ -51,7 +51,7 @@ Quirks quirks_of(BoardKind kind) {
 }
 
 std::unique_ptr<internal::Firmware> firmware_of(const SimulatedBoardOptions& options) {
-  const internal::FirmwareOptions own{options.pool_effects, options.block_load_error_at};
+  const internal::FirmwareOptions own{options.pool_effects, options.block_load_error_at, options.for_linux_6_1};
   if (options.kind == BoardKind::openffboard_1) return internal::openffboard(1, own);
   if (options.kind == BoardKind::openffboard_2) return internal::openffboard(2, own);
   if (options.kind == BoardKind::arduino) return internal::arduino_joystick(own);

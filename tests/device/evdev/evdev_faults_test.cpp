@@ -1,5 +1,6 @@
 // Nodes that refuse what a driver needs, and what the kernel says of devices.
 #include <cerrno>
+#include <map>
 
 #include "catch.h"
 #include "evdev/evdev_listing.h"
@@ -154,10 +155,24 @@ TEST_CASE("evdev: a spring of a device that pushes the other way is sent with ne
   CHECK(driver.write_spring(spring).above_N_per_m.x == 0);
 }
 
+TEST_CASE("evdev: a spring along Y points up and all else left or down, as through hidraw") {
+  RefusingNode node;
+  EvdevOptions options = along_x();
+  options.travel_m = {0.4, 0.4, 0};
+  options.springs = true;
+  options.reversed_spring = {false, false};
+  EvdevDriver driver(node, options);
+  driver.start();
+  for (const auto& [effect, direction] : std::map<int, int>{{0, 0x4000}, {1, 0}, {2, 0x4000}, {3, 0x8000}}) {
+    INFO(effect);
+    CHECK(node.effects.at(effect).direction == direction);
+  }
+}
+
 TEST_CASE("evdev: what sysfs says of a device is read from words of 64 bits, and its name cannot control a terminal") {
-  // A wheel with FF_CONSTANT, FF_SPRING and FF_GAIN (bits 0x52, 0x53, 0x60), and the axes X and Z; masks as Linux prints
-  // them.
-  internal::EvdevTexts texts{"Wheel \x1b[2J\xc2\x9b", "046d", "c24f", "serial\n", "1000c0000 0", "5"};
+  // A wheel with FF_CONSTANT, FF_SPRING and FF_GAIN (bits 0x52, 0x53, 0x60), the axes X and Z, and EV_FF (bit 0x15); masks
+  // as Linux prints them.
+  internal::EvdevTexts texts{"Wheel \x1b[2J\xc2\x9b", "046d", "c24f", "serial\n", "1000c0000 0", "5", "20001b"};
   EvdevListing listing = internal::evdev_listing(texts);
   CHECK(listing.info.name == "Wheel ?[2J??");
   CHECK(listing.info.serial == "serial?");
@@ -184,4 +199,9 @@ TEST_CASE("evdev: what sysfs says of a device is read from words of 64 bits, and
   texts.effects = "1000c0000";  // one word: bits 0x12, 0x13 and 0x20 are other effects
   CHECK_FALSE(internal::evdev_listing(texts).constant);
   CHECK(internal::has_effects(texts));
+  texts.effects = "1000c0000 0";
+  texts.types = "1b";  // what hid-pidff leaves of a device that it has given up
+  CHECK_FALSE(internal::has_effects(texts));
+  listing = internal::evdev_listing(texts);
+  CHECK_FALSE((listing.constant || listing.spring || listing.gain));
 }

@@ -19,6 +19,7 @@ namespace evenstep::internal {
 struct FirmwareOptions {
   int pool_effects = 40;
   int block_load_error_at = -1;
+  bool for_linux_6_1 = false;
 };
 
 class Firmware {
@@ -216,8 +217,12 @@ class BoardItems : public Items {
     axes == 1 ? outputs({0x30}, 1, 0, 1) : outputs({0x30, 0x31}, 1, 0, 1);
     close();
     page(0x0F);
+    direction_enable(axes);
+  }
+  /// The rest of a byte of which `used` bits are used.
+  void direction_enable(int used) {
     outputs({0x56}, 1, 0, 1);
-    output_padding(7 - axes);
+    output_padding(7 - used);
   }
   /// A collection with a value for each axis, from 0 to `maximum` if one is given.
   void per_axis(int around, int axes, int bits, std::optional<std::int64_t> maximum = {}) {

@@ -19,6 +19,7 @@ enum Id : std::uint8_t {
   kBlockFree = 0x35,
   kControl = 0x36,
   kGain = 0x37,
+  kEnvelope = 0x38,
   kCreate = 0x41,
   kLoad = 0x42,
   kPool = 0x43
@@ -131,8 +132,16 @@ std::vector<std::byte> StrictBoard::report_descriptor() const {
   }
   at.outputs({0x52}, 8, 0, 255);
   if (quirks_.axes_enable) at.axes_enable(quirks_.motors);
+  if (!quirks_.axes_enable && options_.for_linux_6_1) at.direction_enable(0);
   if (quirks_.direction) at.per_axis(0x57, quirks_.motors, 16, 36'000);
+  if (options_.for_linux_6_1) {
+    at.outputs({0x53}, 8, 0, 255);
+    at.unit(0x1001, 0x0D);
+    at.outputs({0x54, 0xA7}, 16, 0, 32'767);
+    at.unit(0, 0);
+  }
   at.close();
+  if (options_.for_linux_6_1) at.envelope(kEnvelope, 32'767);
 
   at.block_report(0x5F, kSetCondition);
   if (quirks_.block_offset) {
@@ -186,6 +195,8 @@ bool StrictBoard::take_output(std::span<const std::byte> report, std::int64_t ms
     case kBlockFree:
       effect = {};
       return true;
+    case kEnvelope:
+      return options_.for_linux_6_1;
     default:
       return false;
   }
@@ -196,8 +207,8 @@ void StrictBoard::set_effect(Effect& effect, Reading report) const {
   set.type = report.byte();
   if (quirks_.duration) set.duration_ms = report.word();
   set.gain = report.byte() / 255.0;
-  const std::uint8_t bits = quirks_.axes_enable ? report.byte() : std::uint8_t{0};
-  set.enabled = {(bits & 1) != 0, quirks_.motors > 1 && (bits & 2) != 0};
+  const std::uint8_t bits = quirks_.axes_enable || options_.for_linux_6_1 ? report.byte() : std::uint8_t{0};
+  set.enabled = {quirks_.axes_enable && (bits & 1) != 0, quirks_.motors > 1 && (bits & 2) != 0};
   set.by_direction = !quirks_.axes_enable || (bits >> quirks_.motors & 1) != 0;
   // Clockwise from north, which is the far end of Y and its lowest position. Without a direction it comes from the right.
   const double turn = quirks_.direction ? report.word() / 36'000.0 : 0.25;

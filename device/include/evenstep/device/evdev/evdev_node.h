@@ -23,7 +23,7 @@ inline constexpr std::uint16_t kSynReport = 0, kSynDropped = 3;       // codes o
 inline constexpr std::uint16_t kSpring = 0x53, kConstant = 0x52;      // types of effects
 inline constexpr std::uint16_t kGain = 0x60, kAutocenter = 0x61;      // codes of kFf beside effects' numbers
 inline constexpr int kFullGain = 0xFFFF, kLargestLevel = 0x7FFF, kLargestSaturation = 0xFFFF;
-inline constexpr std::uint16_t kDown = 0x0000, kLeft = 0x4000;  // directions, in 65536ths of a turn
+inline constexpr std::uint16_t kDown = 0x0000, kLeft = 0x4000, kUp = 0x8000;  // directions, in 65536ths of a turn
 inline constexpr std::int64_t kLongestEffect_ms = 0x7FFF;
 }  // namespace evdev
 

@@ -96,6 +96,10 @@ struct SimulatedBoardOptions {
   Rate firmware_rate{4000, 1};
   int pool_effects = 40;         ///< at most; a firmware may have room for fewer
   int block_load_error_at = -1;  ///< which Create New Effect ends in an error, counted from 0; -1: none
+  /// Also has what Linux 6.1 requires of every device and most strict readers lack, and ignores it: Trigger Button, Trigger
+  /// Repeat Interval, Start Delay and Direction Enable in Set Effect, and Set Envelope. A kind's own fault is then what that
+  /// kernel stumbles over. Strict readers only.
+  bool for_linux_6_1 = false;
   std::vector<PidDeviceEvent> events;
 };
 
