@@ -1604,7 +1604,7 @@ case_record_gives_a_recording_that_other_commands_take() {
   grep -q '^advance ' out || fail "no kernel by name"
   grep -q '^OpenCL: ' out || fail "not which device"
   for word in '^# evenstep record block.toml --seconds 1 (evenstep' '^# device: ' '^# driver: ' '^# host: ' '^# load: ' \
-    '^# clock: CLOCK_MONOTONIC' '^# before it, not in it: '; do
+    '^# clock: CLOCK_MONOTONIC' '^# rights: ' '^# before it, not in it: '; do
     grep -q "$word" timing.csv || fail "no '$word' in the head"
     grep -q "$word" timing.profile.csv || fail "no '$word' in the head of the profile"
   done
@@ -1666,8 +1666,11 @@ case_record_of_a_solver_without_a_device_has_host_times_only() {
   expect 0 "gives no commands to an OpenCL device" record x.toml --out timing.csv --seconds 1
   [ ! -e timing.profile.csv ] || fail "a profile of no device"
   small_block
-  expect 0 "host times only: --host-only" record "$PWD/block.toml" --out timing.csv --seconds 1 --host-only
-  head -n 1 timing.csv | grep -q '^# evenstep record block.toml --seconds 1 --host-only' || fail "$(head -n 1 timing.csv)"
+  expect 0 "host times only: --host-only" record "$PWD/block.toml" --out timing.csv --seconds 1 --host-only \
+    --ordinary
+  grep -q '^# rights: those of an ordinary program$' timing.csv || fail "its rights"
+  head -n 1 timing.csv | grep -q '^# evenstep record block.toml --seconds 1 --ordinary --host-only' ||
+    fail "$(head -n 1 timing.csv)"
   [ ! -e timing.profile.csv ] || fail "a profile that was not asked for"
 }
 case_record_draws_or_burns_where_it_is_told_to() {

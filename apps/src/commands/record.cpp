@@ -22,7 +22,7 @@ namespace {
 struct RecordArguments {
   std::string program, file, out;
   int seconds = 20;
-  bool host_only = false, spread = false;
+  bool host_only = false, spread = false, ordinary = false;
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
   std::string visualization;
@@ -37,6 +37,7 @@ std::string typed(const RecordArguments& arguments) {
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (!arguments.visualization.empty()) command += " --visualization " + shell_word(arguments.visualization);
   if (arguments.spread) command += " --spread";
+  if (arguments.ordinary) command += " --ordinary";
   if (arguments.seed) command += fmt::format(" --seed {}", *arguments.seed);
   return command + (arguments.host_only ? " --host-only" : "");
 }
@@ -61,15 +62,16 @@ std::string drawing_path(const std::string& out) {
   return std::filesystem::path(out).replace_extension(".drawing.png").string();
 }
 
-SolverRecording record_now(const Scenario& scenario, Solver& solver, Visualization* visualization, int length_s,
-                           const std::atomic<bool>& interrupted) {
+SolverRecording record_now(const Scenario& scenario, Solver& solver, Visualization* visualization,
+                           const RecordArguments& arguments, const std::atomic<bool>& interrupted) {
   Progress progress(isatty(STDERR_FILENO));
   WallClock clock(WallEpoch::in(kStartDelay));
   return record_solver(scenario, solver, clock,
-                       {.length = Duration{length_s * std::int64_t{1'000'000'000}},
+                       {.length = Duration{arguments.seconds * std::int64_t{1'000'000'000}},
                         .interrupted = &interrupted,
                         .progress = [&](double fraction) { progress.update("record", fraction); },
-                        .visualization = visualization});
+                        .visualization = visualization,
+                        .ordinary = arguments.ordinary});
 }
 
 /// False after an error, which is then printed.
@@ -101,7 +103,7 @@ ExitCode record_read(const RecordArguments& arguments, const Scenario& scenario,
   if (const std::string device = opencl_line(scenario); !device.empty()) fmt::print("OpenCL: {}\n", device);
   warn_of_idle_gpu(scenario);
   std::fflush(stdout);
-  const SolverRecording recording = record_now(scenario, *solver, visualization.get(), arguments.seconds, interrupted);
+  const SolverRecording recording = record_now(scenario, *solver, visualization.get(), arguments, interrupted);
   head.machine.load_after = load_now();
   const RecordSummary summary = summarize(recording);
   if (summary.steps == 0) {
@@ -170,6 +172,8 @@ void add_record(Commands& commands) {
                  "instead of the scenario's: render (the tissue is drawn), \"burn 11.1 ms\" (the device is kept busy), or a "
                  "pause of so long");
   command.flag("--spread", arguments.spread, "steps wait for their slots instead of following each other in a burst");
+  command.flag("--ordinary", arguments.ordinary,
+               "without the real-time rights of a live run, as a program that asks for none");
   command.option("--seed", arguments.seed, "of the scenario's timing");
   command.repeated("--set", arguments.set, "path=value, overrides the file");
 }

@@ -30,11 +30,9 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Priorities, all below the kernel's own threaded interrupts (50): the device above the simulation, and the simulation
-/// above the solver, which may take all of a core for as long as a step lasts.
+/// The other two priorities, below the kernel's own threaded interrupts (50).
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
-constexpr int kSolverPriority = 35;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;

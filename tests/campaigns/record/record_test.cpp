@@ -1,9 +1,12 @@
 // A recording of a solver, in virtual time. The test chooses how long the steps of the solver take.
 #include "evenstep/campaigns/record_solver.h"
 
+#include <sched.h>
+
 #include "catch.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/live_run.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/run_failure.h"
 #include "scenarios.h"
@@ -363,7 +366,12 @@ TEST_CASE("On this machine's clock and OpenCL a recording has the scene's steps,
   const Scenario scenario = read("paper/figure-1.toml", set);
   const auto solver = make_recorded_solver(scenario, true);
   WallClock clock(WallEpoch::in(Duration{10'000'000}));
+  const int policy_before = sched_getscheduler(0);
   const SolverRecording recording = record_solver(scenario, *solver, clock, {.length = Duration{200'000'000}});
+  REQUIRE(recording.rights);
+  CHECK(recording.rights->priority == kSolverPriority);
+  CHECK(recording.rights->fifo == recording.rights->refusal.empty());
+  CHECK(sched_getscheduler(0) == policy_before);  // they are given back
   REQUIRE_FALSE(recording.segments.empty());
   std::size_t steps = 0, of_step = 0;
   for (const SegmentTiming& segment : recording.segments) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "evenstep/harness/live_run.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/loop/segment_pace.h"
 #include "evenstep/loop/solver_step.h"
@@ -190,7 +191,14 @@ std::unique_ptr<Solver> make_recorded_solver(const Scenario& scenario, bool log_
 }
 
 SolverRecording record_solver(const Scenario& scenario, Solver& solver, Clock& clock, const RecordControl& control) {
-  return Recorder(scenario, solver, clock, control).run();
+  Recorder recorder(scenario, solver, clock, control);
+  if (clock.is_virtual() || control.ordinary) return recorder.run();
+  const WakeLatency awake;
+  const MemoryLock memory;
+  const RealTimeRights rights(kSolverPriority);
+  SolverRecording recording = recorder.run();
+  recording.rights = rights.grant();
+  return recording;
 }
 
 }  // namespace evenstep

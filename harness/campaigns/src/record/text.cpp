@@ -236,6 +236,10 @@ std::string head_text(const RecordHead& head, const Scenario& scenario, const So
   if (!recording.commands.empty())
     clock += fmt::format("; the device's own, of {} ns, for its commands", machine.device.timer_resolution_ns);
   line(clock);
+  if (const auto& rights = recording.rights; rights && rights->fifo)
+    line(fmt::format("rights: SCHED_FIFO {}, as the solver of a live run", rights->priority));
+  else
+    line("rights: those of an ordinary program" + (rights ? ", because " + rights->refusal : std::string()));
   line(fmt::format("before it, not in it: {:.3f} s until kernels were built and had run once", machine.warm_up_s));
   line("in a visualization " + (head.visualization.empty()
                                     ? "nothing was drawn: it is a pause of the length that the scenario gives"
@@ -282,6 +286,8 @@ std::string record_table(const RecordSummary& summary, const SolverRecording& re
   if (summary.commands_without_times > 0)
     text += fmt::format("left out: {} commands, whose times the device does not say, or not in order\n",
                         summary.commands_without_times);
+  if (recording.rights && !recording.rights->fifo)
+    text += fmt::format("not real-time, so a live run that is has shorter waits: {}\n", recording.rights->refusal);
   if (recording.full) text += fmt::format("ended early: {} steps are the most that are kept\n", kMostRecordedSteps);
   const auto late = [&](std::int64_t segments, const char* why) {
     if (segments > 0)

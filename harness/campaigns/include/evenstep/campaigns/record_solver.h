@@ -8,6 +8,9 @@
 /// There is no hand and no device: the tools move as their [device] motions say, and no map runs. What only evenstep's own
 /// checks need of a solver (state digest, energy) is left out.
 ///
+/// On a wall clock the thread asks for the rights of a live run's solver (SCHED_FIFO, memory that stays, cores that do not
+/// sleep), and gives them back: otherwise a recording has waits that the live run sized by it does not have.
+///
 /// A step's host time is from the call of the solver until its forces are known, on the clock that is passed in. Recorded
 /// beside it are the times that the device itself reports for its commands, on a clock of its own.
 
@@ -17,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/clock/clock.h"
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/scheduler/step_timing.h"
@@ -44,6 +47,7 @@ struct SolverRecording {
   Duration latest;                       ///< how late the latest one was
   bool interrupted = false;              ///< before its end
   bool full = false;                     ///< ended at kMostRecordedSteps
+  std::optional<RealTimeGrant> rights;   ///< of the thread; empty: it asked for none
 };
 
 struct RecordControl {
@@ -51,6 +55,7 @@ struct RecordControl {
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(double fraction)> progress = {};
   Visualization* visualization = nullptr;  ///< runs instead of the pauses; its real length is recorded
+  bool ordinary = false;                   ///< asks for no real-time rights
 };
 
 /// Why a scenario's timing cannot be recorded, with the remedy; empty if it can.
