@@ -225,21 +225,27 @@ def stiffness():
     """The page's tables are parts of those that the script prints: the same words in the same row and column."""
     global compared
     page = "docs/forces/stiffness.md"
-    names = ("spring", "device", "quality", *(("delay", "mode", "lattice", "lattice-error") if ALL else ()))
+    names = ("spring", "device", "quality", "lattice-error", "slide-error", *(("delay", "mode", "lattice") if ALL else ()))
     text = printed(sys.executable, "bench/stiffness_tables.py", PROGRAM, *names)
+    lines_of_page = (SOURCE / page).read_text(encoding="utf-8").split("\n")
     for table in re.findall(r"^\|.*\n\|[-|]+\|\n(?:\|.*\n)+", text, re.MULTILINE):
         header, _, *lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
         # Where the first columns of several rows are the same, the first two name one.
         keys = 2 if len({line[0] for line in lines}) < len(lines) else 1
         said = {tuple(line[:keys]): line for line in lines}
-        for first, cells in rows(page, "| " + header[0] + " |", keys).items():
+        heading = "| " + header[0] + " |" if header[0] else "| | " + header[1] + " |"
+        columns = range(keys, len(header))
+        shown = [cell.strip() for line in lines_of_page if line.startswith(heading) for cell in line.strip("|").split("|")]
+        if len(shown) < len(header) and set(shown) <= set(header):
+            columns = [header.index(name) for name in shown[keys:]]
+        for first, cells in rows(page, heading, keys).items():
             line = said.get(first)
             if line is None:
                 problems.append(f"{page}: '{first}': no such row is printed")
                 continue
             compared += len(cells)
             problems.extend(f"{page}: '{first}': {cell}, and the command gives {now}"
-                            for cell, now in zip(cells, line[keys:]) if cell != now)
+                            for cell, now in zip(cells, (line[column] for column in columns)) if cell != now)
 
 
 def price_of_the_remap():
