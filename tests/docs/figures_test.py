@@ -3,7 +3,7 @@
 runs, and each cell must be what it gives, rounded as it is printed there.
 
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR            what takes less than a second a row
-    figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --long     the others, of the recordings those whose day it is: each third day
+    figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --long     the others; of the recordings a third, another one each day
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --all      all rows
 """
 import datetime
@@ -118,7 +118,8 @@ def compare_printed(page, text, places):
         for first, cells in table.items():
             for name, cell in zip(head[1:], cells[1:]):
                 compared += 1
-                now = printed_table[first][printed_head.index(name)] if first in printed_table and name in printed_head else None
+                there = first in printed_table and name in printed_head
+                now = printed_table[first][printed_head.index(name)] if there else "nothing"
                 if cell != now:
                     problems.append(f"{page}: '{first}', {name}: {cell}, and the command gives {now}")
 
@@ -157,7 +158,8 @@ def two_commands():
     page, columns = "README.md", (("buffers", "latency", 1e-3), ("interaction", "velocity_jump", 1e-6),
                                   ("force", "jump_max", 1e-3), ("force", "late", 1), ("interaction", "underruns", 1),
                                   ("force", "saturated", 1))
-    lines = re.findall(r"^(ideal|direct|paper|phase_locked) +(\d.*)$", (SOURCE / page).read_text(encoding="utf-8"), re.MULTILINE)
+    lines = re.findall(r"^(ideal|direct|paper|phase_locked) +(\d.*)$", (SOURCE / page).read_text(encoding="utf-8"),
+                       re.MULTILINE)
     if len(lines) != 4:
         problems.append(f"{page}: {len(lines)} of 4 strategies")
     for strategy, line in lines:
@@ -171,7 +173,8 @@ def reference_case():
     for row, scenario, signal, metric, of_direct, of_maps in (
             ("interaction, velocity jump", spring, "interaction", "velocity_jump", SLOT_M, SLOT_M),
             ("force at the device's ticks, linear emission, velocity jump", spring, "force", "velocity_jump", step_N, None),
-            ("tissue, force against the ideal twin, worst device", "paper/figure-1", "force", "deviation_from_ideal", 1e-3, 1e-6),
+            ("tissue, force against the ideal twin, worst device", "paper/figure-1", "force", "deviation_from_ideal", 1e-3,
+             1e-6),
             ("tissue, largest force change from one tick to the next", "paper/figure-1", "force", "jump_max", 1e-3, 1e-3)):
         if scenario != spring and not LONG:
             continue
@@ -223,21 +226,27 @@ def stiffness():
     """The page's tables are parts of those that the script prints: the same words in the same row and column."""
     global compared
     page = "docs/forces/stiffness.md"
-    names = ("spring", "device", "quality", *(("delay", "mode", "lattice", "lattice-error") if ALL else ()))
+    names = ("spring", "device", "quality", "lattice-error", "slide-error", *(("delay", "mode", "lattice") if ALL else ()))
     text = printed(sys.executable, "bench/stiffness_tables.py", PROGRAM, *names)
+    lines_of_page = (SOURCE / page).read_text(encoding="utf-8").split("\n")
     for table in re.findall(r"^\|.*\n\|[-|]+\|\n(?:\|.*\n)+", text, re.MULTILINE):
         header, _, *lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
         # Where the first columns of several rows are the same, the first two name one.
         keys = 2 if len({line[0] for line in lines}) < len(lines) else 1
         said = {tuple(line[:keys]): line for line in lines}
-        for first, cells in rows(page, "| " + header[0] + " |", keys).items():
+        heading = "| " + header[0] + " |" if header[0] else "| | " + header[1] + " |"
+        columns = range(keys, len(header))
+        shown = [cell.strip() for line in lines_of_page if line.startswith(heading) for cell in line.strip("|").split("|")]
+        if len(shown) < len(header) and set(shown) <= set(header):
+            columns = [header.index(name) for name in shown[keys:]]
+        for first, cells in rows(page, heading, keys).items():
             line = said.get(first)
             if line is None:
                 problems.append(f"{page}: '{first}': no such row is printed")
                 continue
             compared += len(cells)
             problems.extend(f"{page}: '{first}': {cell}, and the command gives {now}"
-                            for cell, now in zip(cells, line[keys:]) if cell != now)
+                            for cell, now in zip(cells, (line[column] for column in columns)) if cell != now)
 
 
 def price_of_the_remap():
@@ -265,9 +274,11 @@ def other_sources():
     global compared
     page, text = "docs/choose/sources.md", printed(BUILD / "tests/sources/test_sources", "[.table]")
     compare_printed(page, text, {f"`{name}.toml`": name for name in ("slower-clean", "slower", "chunks", "drifting-clock")})
-    wakes = [table_after(text.split("\n"), "wake-" + name, whole=True) for name in ("absolute-grid", "from-last-update", "catch-up")]
+    wakes = [table_after(text.split("\n"), "wake-" + name, whole=True)
+             for name in ("absolute-grid", "from-last-update", "catch-up")]
     for strategy, cells in rows(page, "| strategy | latency `absolute-grid` |").items():
-        now = [table[strategy][head.index(column)] for column in ("latency, ms", "animation error, ms") for head, table in wakes]
+        now = [table[strategy][head.index(column)] for column in ("latency, ms", "animation error, ms")
+               for head, table in wakes]
         compared += len(now)
         if cells != now:
             problems.append(f"{page}: '{strategy}' of the wakes: {cells}, and the command gives {now}")
@@ -311,14 +322,16 @@ def adaptive_latency():
             if max(abs(mean - fixed), of("schedule_latency") - mean) > 1.5e-9 or of("late") != 0:
                 problems.append(f"{page}: '{row}': {mean}, and not {fixed} throughout")
             continue
-        compare(page, row, "adaptive", cells[1], [(mean, 1e-3), (of("schedule_latency_p50"), 1e-3), (of("schedule_latency"), 1e-3)])
+        compare(page, row, "adaptive", cells[1],
+                [(mean, 1e-3), (of("schedule_latency_p50"), 1e-3), (of("schedule_latency"), 1e-3)])
         compare(page, row, "late", cells[2], [(of("late"), 1)])
         compare(page, row, "late if fixed", cells[3], [(of("late", f"remap.latency={round(mean * 1e9)} ns"), 1)])
 
 
 def sine_at_the_device():
     page = "docs/choose/alternatives.md"
-    filters = {"One-Euro, min_cutoff 1 Hz, beta 1, on the force": ['remap.filter={ kind = "one-euro", on = "force" }', "expect=[]"]}
+    filters = {"One-Euro, min_cutoff 1 Hz, beta 1, on the force":
+               ['remap.filter={ kind = "one-euro", on = "force" }', "expect=[]"]}
     for row, cells in rows(page, "| strategy | gain at 1, 5, 10 Hz").items():
         strategy = re.match(r"`(\w+)`", row)
         for metric, cell, unit in zip(("gain", "phase_delay", "distortion"), cells, (1, 1e-3, 1e-2)):
@@ -330,7 +343,8 @@ def sine_at_the_device():
 def other_maps():
     page = "docs/choose/alternatives.md"
     columns = [("paper", []), ("phase_locked", []), ("jack_dll", []), ("lsl_dejitter", []),
-               ("jack_dll", ["--set", 'remap.bandwidth="0.125 Hz"']), ("lsl_dejitter", ["--set", 'remap.bandwidth="0.0077 Hz"'])]
+               ("jack_dll", ["--set", 'remap.bandwidth="0.125 Hz"']),
+               ("lsl_dejitter", ["--set", 'remap.bandwidth="0.0077 Hz"'])]
     for number, (row, cells) in enumerate(rows(page, "| recording | `paper` | `phase_locked` | `jack_dll`, 2 Hz").items()):
         for cell, (name, sets) in zip(cells, columns) if is_its_day(number) else ():
             one = size(row + ".toml", "--other-maps", *sets)["strategies"][name]
@@ -349,11 +363,11 @@ def growth_rates():
 
 
 def ages():
-    page = "docs/devices/ages.md"
-    for heading, row, scenario, unit in (
-            ("| | time of the read | time at which", "one clock: deviation from the line, velocity jump", "report-ages", 0.01 / 450),
-            ("| | time of the read | time at which", "the device's clock gains 100 ppm, after 45 s", "report-ages-clock", 0.01 / 450),
-            ("| | time of the read | time of the event", "deviation from the line, velocity jump", "event-times", 0.01 / 450)):
+    page, unit = "docs/devices/ages.md", 0.01 / 450
+    for heading, row, scenario in (
+            ("| | time of the read | time at which", "one clock: deviation from the line, velocity jump", "report-ages"),
+            ("| | time of the read | time at which", "the device's clock gains 100 ppm, after 45 s", "report-ages-clock"),
+            ("| | time of the read | time of the event", "deviation from the line, velocity jump", "event-times")):
         for device, cell in zip(("arrival", "left"), rows(page, heading)[row]):
             found = metrics("timing/" + scenario)[f"{device}.interaction.phase_locked"]
             compare(page, row, device, cell, [(found["deviation_max"], unit), (found["velocity_jump"], unit)])
@@ -372,7 +386,8 @@ def in_sentences():
         return [(worst(scenario, signal, strategy, metric), unit) for strategy in strategies]
 
     jump = ("interaction", "velocity_jump", SLOT_M)
-    said("docs/choose/paper.md", r"10 % jitter makes jumps of (\S+) steps", *of("timing/no-visualization-jitter", *jump, "direct"))
+    said("docs/choose/paper.md", r"10 % jitter makes jumps of (\S+) steps",
+         *of("timing/no-visualization-jitter", *jump, "direct"))
     said("docs/choose/paper.md", r"the jump is then (\S+) \((\S+) without a map, (\S+) with `paper`\)",
          *of("timing/no-cycle", *jump, "phase_locked", "direct", "paper"))
     said("docs/choose/paper.md", r"\| (\S+) ms: one visualization and the lead.*?the mean age is (\S+) ms",
@@ -380,6 +395,14 @@ def in_sentences():
          *of("paper/figure-1-spring", "interaction", "latency_mean", 1e-3, "paper"))
     needs = output("size", str(SOURCE / "scenarios/timing/hitch.toml"), "--json")["strategies"]["phase_locked"]
     said("docs/choose/paper.md", r"requires a latency of (\S+) ms", (needs["latency_any_phase_ns"], 1e6))
+    page, latency = "docs/choose/pauses.md", ("buffers", "latency", 1e-3)
+    said(page, r"as they are: (\S+) and (\S+) ms", *of("pauses/regime", *latency, "phase_locked"),
+         *of("pauses/contended", *latency, "phase_locked"))
+    said(page, r"small-paced30-basic, spread: (\S+) ms", *of("pauses/small-spread", *latency, "phase_locked"))
+    said(page, r"in two parts: (\S+) ms, no drawing lost", *of("pauses/regime-split", *latency, "phase_locked"))
+    for budget, scenario in ((21, "pauses/regime-merge"), (31, "pauses/contended-merge")):
+        said(page, rf"with {budget} ms for each: (\S+) ms, (\S+) drawings a second", *of(scenario, *latency, "phase_locked"),
+             (metrics(scenario)["solver.phase_locked"]["drawing_rate"], 1))
     page = "docs/choose/alternatives.md"
     said(page, r"the force jumps by (\S+) mN from tick to tick, compared with (\S+) mN for `direct` and (\S+) mN for",
          *of("timing/variable-step-substeps", "force", "jump_max", 1e-3, "variable_step", "direct", "phase_locked"))

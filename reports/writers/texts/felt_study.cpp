@@ -47,6 +47,7 @@ std::string span_text(const FeltStudyRecord& study) {
 }
 
 std::string reference_text(const FeltReferenceInfo& reference) {
+  if (reference.method.empty()) return "none: it was interrupted";
   std::string out =
       reference.method_order > 0
           ? fmt::format("{}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}",

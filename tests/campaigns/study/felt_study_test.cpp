@@ -277,7 +277,9 @@ TEST_CASE("An interrupted study of the felt force has the points so far, and say
   CHECK_FALSE(advice.found);
   CHECK_THAT(advice.text, Contains("no advice on 100000 % force: the study was interrupted"));
   interrupted = true;
-  CHECK(run_felt_study(block(), control).points.empty());  // not even a reference
+  const FeltStudyRecord none = run_felt_study(block(), control);
+  CHECK(none.points.empty());
+  CHECK_THAT(felt_study_table(none), Contains("reference    none: it was interrupted") && !Contains("now stored"));
 }
 
 TEST_CASE("There is no study of a force whose hand gives way to it, of a local model, or of the ideal alone") {

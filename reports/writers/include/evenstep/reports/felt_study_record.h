@@ -46,7 +46,7 @@ struct FeltPoint {
 };
 
 struct FeltReferenceInfo {
-  std::string method;          ///< "rk4"; "none": the scene has no motion to integrate
+  std::string method;          ///< "rk4"; "none": the scene has no motion to integrate; empty: interrupted
   int method_order = 0;        ///< on which the extrapolation relies; 0: none needed, or none known (foreign solver)
   double coarsest_step_s = 0;  ///< of three runs, each with half the step of the one before; tools move at its multiples
   double scale_N = 0;          ///< rms of the force over judged ticks of all devices
