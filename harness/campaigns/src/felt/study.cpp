@@ -137,7 +137,7 @@ void FeltCells::take_reference() {
   reference_.info.stored = stored;
   reference_.info.file = file;
   if (!interrupted()) put_scale();
-  if (interrupted()) reference_.info = {};  // it ended early, or is judged at some ticks only: there is none, and no file of it
+  if (interrupted()) reference_.info = {};  // it ended early, so there is none, and no file of it
 }
 
 void FeltCells::put_scale() {
