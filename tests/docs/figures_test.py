@@ -9,6 +9,7 @@ runs, and each cell must be what it gives, rounded as it is printed there.
 import datetime
 import json
 import re
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -156,6 +157,15 @@ def recorded_timing():
 def latency_of(scenario, strategy):
     """What the table of a run has in its column of that name."""
     return worst(scenario, "buffers", strategy, "played_age" if strategy == "direct" else "latency"), 1e-3
+
+
+def fitted_models():
+    page = "docs/timings/timing.md"
+    for row, cells in rows(page, "| recording | 250 ms, p50 | 250 ms, p99 | whole | phase_locked |").items():
+        needs = output("fit", str(SOURCE / f"scenarios/recorded/{row}.csv"), "--json")["latency"]
+        for need, cell in zip(("window_p50_ns", "window_p99_ns", "whole_ns", "phase_locked_ns"), cells):
+            compare(page, row, need, cell, [(needs["recording"][need], 1e6)] + [
+                (statistics.median(one[need] for one in needs[kind]), 1e6) for kind in ("model", "shuffled")])
 
 
 def two_commands():
@@ -425,6 +435,7 @@ if LONG:
     other_maps()
 if ALL or not LONG:
     what_it_reaches()
+    fitted_models()
     gpu_of_today()
     shorter_pauses()
     other_sources()
