@@ -42,14 +42,14 @@ def test_a_remapper_told_of_a_run_gives_all_of_it_bit_for_bit(virtual_clock):
 def test_a_remapper_refuses_and_changes_nothing():
     remapper = evenstep.Remapper(lead=0, latency=15 * MS, components=2)
     remapper.sample(10, [1, 2])
-    for now, position, kind, what in [(5, [1, 2], evenstep.OrderError, "before the time of the last one"),
-                                      (20, [1, 2, 3], ValueError, r"shape \(3,\), and the shape must be \(2,\)"),
-                                      (20, [1, np.nan], evenstep.ArgumentError, "finite"),
-                                      (0.02, [1, 2], TypeError, "not float; 15 ms is 15_000_000"),
-                                      (2**70, [1, 2], OverflowError, "int too big"),
-                                      ("20", [1, 2], TypeError, "not str")]:
+    for at, position, kind, what in [(5, [1, 2], evenstep.OrderError, "before the time of the last one"),
+                                     (20, [1, 2, 3], ValueError, r"shape \(3,\), and the shape must be \(2,\)"),
+                                     (20, [1, np.nan], evenstep.ArgumentError, "finite"),
+                                     (0.02, [1, 2], TypeError, "not float; 15 ms is 15_000_000"),
+                                     (2**70, [1, 2], OverflowError, "int too big"),
+                                     ("20", [1, 2], TypeError, "not str")]:
         with pytest.raises(kind, match=what):
-            remapper.sample(now, position)
+            remapper.sample(at, position)
     with pytest.raises(evenstep.OrderError, match="no step has begun"):
         remapper.end_step(30, [0, 0])
     assert remapper.begin_step(np.timedelta64(1, "us")).position.tolist() == [1, 2]

@@ -30,9 +30,6 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// The other two priorities, below the kernel's own threaded interrupts (50).
-constexpr int kDevicePriority = 45;
-constexpr int kSimulationPriority = 40;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;

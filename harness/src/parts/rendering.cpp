@@ -57,7 +57,7 @@ double mean_age_s(const Scenario& scenario, StrategyKind kind, const DeviceSpec&
 }
 
 /// Whether the age of what is played is that of samples: a filter adds its own delay, and what continues a line or a chunk
-/// plays what it expects for now.
+/// plays what it expects at the tick.
 bool plays_a_sample(StrategyKind kind) {
   const StrategyTraits& traits = traits_of(kind);
   return traits.plays_as_it_comes && !traits.filters && (!traits.continues || kind == StrategyKind::interpolated);

@@ -33,9 +33,9 @@ struct LiveRecording {
   const std::vector<DeviceInputs>& as_read() const { return read ? *read : inputs; }
 };
 
-/// The SCHED_FIFO priority of the solver's thread. It is below those of the simulation and the device, because a step may
-/// take all of a core for as long as it lasts.
-inline constexpr int kSolverPriority = 35;
+/// SCHED_FIFO priorities of the threads, all below the kernel's own threaded interrupts (50): the device above the
+/// simulation, and the simulation above the solver, which may take all of a core for as long as a step lasts.
+inline constexpr int kDevicePriority = 45, kSimulationPriority = 40, kSolverPriority = 35;
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.
 std::string wall_clock_objection(const Scenario& scenario);
