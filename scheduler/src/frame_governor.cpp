@@ -127,7 +127,7 @@ class UsualSegment {
 
 class GovernedTiming final : public StepTiming {
  public:
-  /// `learns`: T, P and N are not known beforehand.
+  /// `learns`: T, P and N are what was usual, once a segment is over.
   GovernedTiming(std::unique_ptr<StepTiming> source, const FrameGovernor& governor, std::optional<Duration> grid,
                  bool learns)
       : source_(std::move(source)), governor_(governor), grid_(grid), learns_(learns), drawings_(governor) {
@@ -345,11 +345,9 @@ std::unique_ptr<StepTiming> make_governed_timing(std::unique_ptr<StepTiming> sou
 }
 
 std::unique_ptr<StepTiming> make_governed_replay(std::vector<SegmentTiming> recording, const FrameGovernor& governor) {
-  if (!governor.spread) {
-    const std::optional<Duration> grid = grid_period(recording);
-    return make_governed_timing(make_replayed_timing(std::move(recording)), governor, grid);
-  }
-  return std::make_unique<GovernedTiming>(make_replayed_timing(std::move(recording)), governor, std::nullopt, true);
+  const bool known = !governor.spread || governor.split > 1;  // who shares idle time out between parts knows the grid
+  const std::optional<Duration> grid = known ? grid_period(recording) : std::nullopt;
+  return std::make_unique<GovernedTiming>(make_replayed_timing(std::move(recording)), governor, grid, governor.spread);
 }
 
 }  // namespace evenstep

@@ -176,25 +176,26 @@ TEST_CASE("a recording with a stated pace is split and spread from its first seg
   CHECK(begins == std::vector<std::int64_t>{2, 10, 22, 30, 42, 50, 62, 70});
 }
 
-TEST_CASE("of a recording without a pace the parts of the first segment follow each other at once", "[governor][spread]") {
+TEST_CASE("of a recording without a grid the parts of the first segment follow each other at once", "[governor][spread]") {
   std::vector<std::int64_t> ends;
   for (const SegmentTiming& segment : governed_replay(free_running({4, 4}), {.split = 2, .spread = true})) {
     ends.push_back(segment.visualization->end.ns / kMs);
     ends.push_back(segment.steps.back().end.ns / kMs);
   }
-  // Drawings of 4 ms in two parts, and four steps of 1 ms shared out: nobody knows a period yet.
+  // Drawings of 4 ms in two parts, and four steps of 1 ms shared out.
   CHECK(std::vector(ends.begin(), ends.begin() + 4) == std::vector<std::int64_t>{2, 4, 6, 8});
 }
 
 TEST_CASE("what spread did with a recording up to an instant is the same whatever comes after", "[governor][spread]") {
   std::int64_t wrong = 0, compared = 0;
   for (std::uint64_t seed = 0; seed < evenstep::testing::cases(20'000); ++seed) {
-    const FrameGovernor governor{.spread = true};
+    const FrameGovernor governor{.split = 1 + static_cast<int>(seed % 2), .spread = true};
     const std::vector<SegmentTiming> source = paced_schedule(seed, false, seed % 31).segments;
     std::vector<SegmentTiming> other = source;
     // From step `at` of segment `from` on everything is another recording's, later by a time that is drawn; or nothing
-    // comes any more.
-    const std::size_t from = 3 + seed % 8, at = seed % (source[from].steps.size() + 1);
+    // comes any more. Who shares steps out between parts knows the period of the recording and the steps of a segment.
+    const bool shares = governor.split > 1;
+    const std::size_t from = 3 + seed % 8, all = source[from].steps.size(), at = shares ? all : seed % (all + 1);
     const RealTime instant = at < source[from].steps.size() ? source[from].steps[at].begin : source[from + 1].begin;
     other.resize(from + 1);
     other[from].steps.resize(at);
@@ -214,6 +215,7 @@ TEST_CASE("what spread did with a recording up to an instant is the same whateve
         other.push_back(segment);
       }
     }
+    if (shares && grid_period(source) != grid_period(other)) continue;
     const std::vector<Interval> a = steps_of(governed_replay(source, governor)),
                                 b = steps_of(governed_replay(other, governor));
     for (std::size_t n = 0; n < std::min(a.size(), b.size()) && std::min(a[n].begin, b[n].begin) < instant; ++n) {

@@ -50,12 +50,15 @@
 ///
 /// Of a recording nobody has programmed T, P and N, so they are what was usual in its last 8 segments: T = P is the lower
 /// median of their lengths, if at least half of them ended with idle time (more than 1 % of their length); N is the most
-/// steps that one of them had. In the first segment parts and steps follow each other at once; with a `pace` and parts it is
-/// spread, too, because who shares steps out between parts knows how many there are. Steps beyond N have the last slot, and
-/// when the recording's next segment begins no step waits any more. So what the governor does up to an instant is
-/// the same whatever comes after, and a step begins later than without `spread` by at most the length of one segment of the
-/// source; if T and N are programmed and no step is longer than its slot, no later than its slot or its begin without
-/// `spread` (gaps of the source that are no idle time come on top).
+/// steps that one of them had. Before its first segment is over nothing was usual yet:
+///   spread alone      the first steps follow each other at once. With a `pace` T is known, but not how many steps come
+///   with split        who shares steps and idle time out between parts knows how many steps a segment has, and the period,
+///                     as `split` alone does: T = P is `pace` or grid_period() of the recording, N the first segment's own
+/// Steps beyond N have the last slot, and when the recording's next segment begins no step waits any more. So with `spread`
+/// alone what the governor does up to an instant is the same whatever comes after; with split, too, whatever comes after
+/// with the same grid_period(), up to the begin of a segment. A step begins later than without `spread` by at most the
+/// length of one segment of the source; if T and N are programmed and no step is longer than its slot, no later than its
+/// slot or its begin without `spread` (gaps of the source that are no idle time come on top).
 
 #include <cstdint>
 #include <memory>
@@ -89,7 +92,7 @@ std::optional<Duration> grid_period(const ProgrammedTiming& timing);
 /// a drawing.
 std::unique_ptr<StepTiming> make_governed_timing(std::unique_ptr<StepTiming> source, const FrameGovernor& governor,
                                                  std::optional<Duration> grid);
-/// The same over a recording. Its grid is grid_period() of the whole recording; with `spread` it is learned.
+/// The same over a recording. Its grid is grid_period() of the whole recording; with `spread` it is learned, see above.
 std::unique_ptr<StepTiming> make_governed_replay(std::vector<SegmentTiming> recording, const FrameGovernor& governor);
 
 }  // namespace evenstep
