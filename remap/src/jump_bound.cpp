@@ -173,4 +173,24 @@ Duration pause_bound(std::span<const StepTimes> steps, Duration slot) {
   return bound.latency();
 }
 
+Duration pauses_bound(std::span<const StepTimes> steps, Duration slot, Duration jump) {
+  // How far the end of a step is behind even slots that go on from the first begin; and the most that any from it on is.
+  std::vector<std::int64_t> behind_ns;
+  for (const StepTimes& step : steps)
+    behind_ns.push_back((step.end - steps.front().begin).ns - std::ssize(behind_ns) * slot.ns);
+  std::vector<std::int64_t> most_behind_ns = behind_ns;
+  for (std::size_t n = steps.size(); n-- > 1;) most_behind_ns[n - 1] = std::max(most_behind_ns[n - 1], most_behind_ns[n]);
+  Duration most;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const std::int64_t read_ns = behind_ns[n] - (steps[n].end - steps[n].begin).ns;
+    std::int64_t caught_up_ns = 0, faster_ns = 0;
+    for (std::size_t m = n; m < steps.size() && most_behind_ns[m] - read_ns - caught_up_ns > most.ns; ++m) {
+      most.ns = std::max(most.ns, behind_ns[m] - read_ns - caught_up_ns);
+      faster_ns += 2 * jump.ns;
+      caught_up_ns += faster_ns;
+    }
+  }
+  return most;
+}
+
 }  // namespace evenstep

@@ -95,6 +95,15 @@ def compare(page, row, what, cell, values):
             problems.append(f"{page}: '{row}', {what}: {number}, and the command gives {value / unit:.4g}")
 
 
+def said(page, expression, *values):
+    """The groups of the expression are the numbers of a sentence; `values` are (value, unit)."""
+    found = re.search(expression, " ".join((SOURCE / page).read_text(encoding="utf-8").split()))
+    if found is None:
+        problems.append(f"{page}: does not say '{expression}'")
+    for number, value in zip(found.groups() if found else (), values):
+        compare(page, found[0], "in the sentence", number, [value])
+
+
 def table_after(lines, beginning, whole=False):
     """(head, {first cell: all cells}) of the first table below the line that begins so, or that is this `whole` one."""
     at = next((i for i, line in enumerate(lines) if (line == beginning if whole else line.startswith(beginning))), None)
@@ -220,6 +229,8 @@ def what_it_reaches():
                   [(maps[1]["latency_any_phase_ns"] / sized["pause_bound_ns"], 1)]]
         for what, cell, values in zip(("pause bound", "any path", "paper", "phase_locked", "times"), cells, wanted):
             compare(page, row, what, cell, values)
+    said(page, r"Whatever knows the past only needs (\S+) ms there at the same jump",
+         (size("concurrent-paced30-basic-sub9")["strategies"]["phase_locked"]["pauses_bound_at_this_jump_ns"], 1e6))
 
 
 def gpu_of_today():
@@ -387,14 +398,7 @@ def ages():
 
 
 def in_sentences():
-    """Figures outside of tables: the groups of an expression are (value, unit)."""
-    def said(page, expression, *values):
-        found = re.search(expression, " ".join((SOURCE / page).read_text(encoding="utf-8").split()))
-        if found is None:
-            problems.append(f"{page}: does not say '{expression}'")
-        for number, value in zip(found.groups() if found else (), values):
-            compare(page, found[0], "in the sentence", number, [value])
-
+    """Figures outside of tables."""
     def of(scenario, signal, metric, unit, *strategies):
         return [(worst(scenario, signal, strategy, metric), unit) for strategy in strategies]
 

@@ -52,24 +52,6 @@ Schedule with_stalls(Draw& draw, Grid grid) {
   return schedule;
 }
 
-/// The pause bound (jump_bound.h) where pauses come close to each other, for a map that has gone at its pace before the
-/// first of them: step n-1 reads at S_{n-1} at the latest, and from then on the distance between slots grows by at most
-/// `jump` a step, R(n+i) <= S_{n-1} + (i+1) tau + jump (i+1)(i+2)/2; so
-///     L >= E_{n+i} - S_{n-1} - (i+1) tau - jump (i+1)(i+2)/2
-Duration pauses_bound(const std::vector<StepTimes>& steps, Duration slot, double jump) {
-  const auto slot_ns = static_cast<double>(slot.ns);
-  double most_ns = static_cast<double>(pause_bound(steps, slot).ns);
-  for (std::size_t n = 1; n < steps.size(); ++n) {
-    if ((steps[n].end - steps[n - 1].begin).ns < 3 * slot.ns) continue;
-    double allowed_ns = 0, velocity = 1;
-    for (std::size_t i = n; i < std::min(steps.size(), n + 150); ++i) {
-      allowed_ns += (velocity += jump) * slot_ns;
-      most_ns = std::max(most_ns, static_cast<double>((steps[i].end - steps[n - 1].begin).ns) - allowed_ns);
-    }
-  }
-  return {static_cast<std::int64_t>(most_ns)};
-}
-
 struct Reached {
   double times_pause, times_pauses, jump;
 };
@@ -85,11 +67,12 @@ Reached reached(std::uint64_t seed, Grid grid) {
   const Duration latency = least_latency_any_phase(mapped, {&device, 1}, Emission::hold).latency;
   VelocityJump jump(RealTime{1'000'000'000});
   jump.add(mapped);
-  return {ratio(latency, pause_bound(steps, slot) + kSampling), ratio(latency, pauses_bound(steps, slot, kJump) + kSampling),
+  const Duration most{std::llround(kJump * static_cast<double>(slot.ns))};
+  return {ratio(latency, pause_bound(steps, slot) + kSampling), ratio(latency, pauses_bound(steps, slot, most) + kSampling),
           static_cast<double>(jump.most_ns()) / static_cast<double>(slot.ns)};
 }
 
-/// At most `usual` pause bounds in 97 of 100 schedules, and in all of them `most` of the bounds that count pauses together.
+/// At most `usual` pause bounds in 97 of 100 schedules, and in all of them `most` pauses bounds (jump_bound.h).
 void check_reached(std::uint64_t count, Grid grid, double usual, double most) {
   std::uint64_t above = 0;
   double worst = 0, most_jump = 0;
@@ -109,12 +92,12 @@ void check_reached(std::uint64_t count, Grid grid, double usual, double most) {
 }  // namespace
 
 TEST_CASE("stalls in short segments with a cycle: 1.25 pause bounds in 97 of 100 of 300 schedules, at a jump of 0.15") {
-  check_reached(cases(300), Grid::cycle, 1.25, 1.3);
+  check_reached(cases(300), Grid::cycle, 1.25, 1.6);
 }
 TEST_CASE("stalls in short segments without a cycle: 1.5 pause bounds in 97 of 100 of 300 schedules, at a jump of 0.15") {
-  check_reached(cases(300), Grid::none, 1.5, 1.75);
+  check_reached(cases(300), Grid::none, 1.5, 1.8);
 }
 TEST_CASE("stalls in short segments: 1.25 and 1.5 pause bounds in 97 of 100 of 10,000 schedules", "[million]") {
-  check_reached(5000, Grid::cycle, 1.25, 1.3);
-  check_reached(5000, Grid::none, 1.5, 1.75);
+  check_reached(5000, Grid::cycle, 1.25, 1.6);
+  check_reached(5000, Grid::none, 1.5, 1.8);
 }

@@ -109,6 +109,7 @@ Json json_of(const SizeStrategy& strategy) {
               {"force_capacity", strategy.force_capacity}};
   out["velocity_jump"] = strategy.jump_seen ? json_number(strategy.velocity_jump) : Json(nullptr);
   if (strategy.path) out["any_path_at_this_jump_ns"] = strategy.path->latency.ns;
+  if (strategy.pauses_bound) out["pauses_bound_at_this_jump_ns"] = strategy.pauses_bound->ns;
   put_need(out, strategy.any_phase);
   out["unseen"] = Json::array();
   for (const SizeUnseen& one : strategy.unseen) out["unseen"].push_back(json_of(one));

@@ -56,9 +56,12 @@ std::string blame(const SizeRecord& record, const SizeStrategy& use) {
   if (times <= kNearBound)
     return fmt::format("  The pause bound is {:.4g} ms: the machine sets the latency, and another map would win little.\n",
                        ms(bound));
-  return fmt::format(
-      "  That is {:.2f} times the pause bound of {:.4g} ms: a part of it is how the map follows this timing.\n", times,
-      ms(bound));
+  std::string out = fmt::format("  That is {:.2f} times the pause bound of {:.4g} ms", times, ms(bound));
+  if (use.pauses_bound && *use.pauses_bound > bound)
+    out += fmt::format(", and {:.2f} times the {:.4g} ms that\n  pauses so close to each other take at its jump",
+                       static_cast<double>(use.any_phase.latency.ns) / static_cast<double>(use.pauses_bound->ns),
+                       ms(*use.pauses_bound));
+  return out + ": a part of it is how the map follows this timing.\n";
 }
 
 std::string compared(const SizeRecord& record, const SizeStrategy& use) {

@@ -43,6 +43,8 @@ TEST_CASE("the bounds of a recording are those of its steps, for held and for in
     REQUIRE(one.path);
     CHECK(one.path->latency == least_latency_with_jump(steps, jump(one.velocity_jump)) + h);
     CHECK(one.any_phase.latency >= one.path->latency);
+    REQUIRE(one.pauses_bound);
+    CHECK(*one.pauses_bound == pauses_bound(steps, slot, jump(one.velocity_jump)) + h);
   }
 }
 
@@ -68,12 +70,19 @@ TEST_CASE("on every recording the default map's velocity jump is below 0.15 step
   }
 }
 
+TEST_CASE("where pauses come close to each other, the conclusion says what they take together") {
+  CHECK_THAT(size_text(sized("concurrent-paced30-basic-sub9")),
+             Contains("1.67 times the pause bound of 25.48 ms, and 1.49 times the 28.46 ms that\n  pauses so close"));
+  CHECK_THAT(size_text(sized("h100-contended")),
+             Contains("1.33 times the pause bound of 39.53 ms: a part") && !Contains("so close"));
+}
+
 TEST_CASE("the curve is in the text, in the JSON and in the figure, with each map beside it") {
   const SizeRecord record = sized("paperlike-free-basic");
   CHECK_THAT(size_text(record), Contains("pause bound ") && Contains("19.279947") && Contains("times the pause bound"));
-  CHECK_THAT(size_json(record), Contains("\"pause_bound_ns\":19279947") &&
-                                    Contains("\"any_path\":[{\"velocity_jump\":0.005") &&
-                                    Contains("\"any_path_at_this_jump_ns\":"));
+  CHECK_THAT(size_json(record),
+             Contains("\"pause_bound_ns\":19279947") && Contains("\"any_path\":[{\"velocity_jump\":0.005") &&
+                 Contains("\"any_path_at_this_jump_ns\":") && Contains("\"pauses_bound_at_this_jump_ns\":"));
   const std::string figure = size_svg(record);
   CHECK_THAT(figure, Contains("pause bound") && Contains("any path") && Contains("phase_locked") && Contains("</svg>"));
   SizeRecord without = record;

@@ -131,5 +131,48 @@ TEST_CASE("the pause bound of the reference case is its closed form, and no step
   const std::vector<StepTimes> steps = flat(Periodic{}.schedule(60));
   CHECK(std::abs(pause_bound(steps, Duration{2'222'222}).ns - 11'842'223) <= 1);  // V + 2 s - tau
   CHECK(pause_bound({}, {}).ns == 0);
+  CHECK(pauses_bound({}, {}, {}).ns == 0);
   CHECK(least_latency_with_jump({}, {}).ns == 0);
+}
+
+TEST_CASE("the pauses bound is reached and never passed by what can still brake if even steps follow, 1,000 schedules") {
+  constexpr std::int64_t kSlot = 2'000'000;
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(1000); ++seed) {
+    Draw draw(seed + 9000);
+    const std::int64_t count = draw.between(1, 25), jump = draw.between(1, 400'000);
+    std::vector<StepTimes> steps{{RealTime{}, RealTime{kSlot}}};  // begins at 0; a pause before each of the others
+    for (std::int64_t k = 1; k <= count; ++k) {
+      const RealTime begin = steps.back().end + Duration{draw.between(0, 1) * draw.between(0, 20'000'000)};
+      steps.push_back({begin, begin + Duration{kSlot}});
+    }
+    // What slots need from the first step on that are u faster than a slot then, are never ahead of even steps that might
+    // follow, and now hurry.
+    const auto needed = [&](const std::vector<StepTimes>& of, std::int64_t u) {
+      std::int64_t ahead = 0, most_ahead = 0;
+      for (std::int64_t velocity = u - jump; velocity > 0; velocity -= jump)
+        most_ahead = std::max(most_ahead, ahead += velocity);
+      std::int64_t read = -most_ahead, velocity = kSlot + u, most = 0;
+      for (const StepTimes& step : of) {
+        most = std::max(most, step.end.ns - read);
+        read += velocity += jump;
+      }
+      return most;
+    };
+    std::int64_t first = 0;  // the bound's part from the first step
+    for (std::int64_t k = 0; k <= count; ++k)
+      first = std::max(first, steps[static_cast<std::size_t>(k)].end.ns - k * kSlot - jump * k * (k + 1));
+    INFO("seed " << seed);
+    for (std::int64_t k = 0; k <= count; ++k) REQUIRE(needed(steps, k * jump) >= first);
+    REQUIRE(needed(steps, draw.between(0, count * jump)) >= first);
+    std::int64_t all = 0;
+    for (std::size_t n = 0; n < steps.size(); ++n)
+      for (std::size_t m = n; m < steps.size(); ++m) {
+        const auto k = static_cast<std::int64_t>(m - n);
+        all = std::max(all, (steps[m].end - steps[n].begin).ns - k * kSlot - jump * k * (k + 1));
+      }
+    REQUIRE(pauses_bound(steps, Duration{kSlot}, Duration{jump}).ns == all);
+    // If one pair of steps sets it, the velocity that the derivation names reaches it.
+    const std::vector<StepTimes> pair{steps.front(), {RealTime{50'000'000}, RealTime{52'000'000}}};
+    REQUIRE(pauses_bound(pair, Duration{kSlot}, Duration{jump}).ns == needed(pair, jump));
+  }
 }

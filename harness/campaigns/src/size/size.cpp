@@ -224,9 +224,10 @@ class Sizer {
     return steps;
   }
 
+  Duration in_ns(double slots) const { return Duration{static_cast<std::int64_t>(slots * static_cast<double>(slot_.ns))}; }
+
   SizePath path(std::span<const StepTimes> steps, double jump) const {
-    const Duration most{static_cast<std::int64_t>(jump * static_cast<double>(slot_.ns))};
-    return {jump, least_latency_with_jump(steps, most) + sampling_term()};
+    return {jump, least_latency_with_jump(steps, in_ns(jump)) + sampling_term()};
   }
 
   void add_paths(bool linear, SizeBounds& bounds) const {
@@ -313,8 +314,10 @@ class Sizer {
     SizeStrategy out{name_of(kind), traits_of(kind).for_comparison};
     out.jump_seen = jump.seen();
     if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
-    if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty())
+    if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty()) {
       out.path = path(steps, out.velocity_jump);
+      out.pauses_bound = evenstep::pauses_bound(steps, slot_, in_ns(out.velocity_jump)) + sampling_term();
+    }
     out.lead = least.lead;
     out.latency_this_phase = here.budget().latency + ahead;
     out.lead_this_phase = here.budget().lead;

@@ -29,6 +29,16 @@ Duration least_latency_with_jump(std::span<const StepTimes> steps, Duration jump
 /// least the longest step.
 Duration pause_bound(std::span<const StepTimes> steps, Duration slot);
 
+/// The pauses bound: what any map needs, however it works, that knows the past only and changes its velocity by at most
+/// `jump` ns a step, if after any step the next ones may come evenly, one `slot` after the other. Where pauses come so close
+/// to each other that it is still late from the one when the next begins, it is more than the pause bound:
+///     L >= E_{n+k} - S_n - k slot - jump k (k + 1)   for all n and k >= 0
+/// because such a map must not be ahead when even steps follow. Going u faster than a slot a step at step n, it comes
+/// max over i of (i u - jump i (i + 1) / 2) ahead while it brakes, so R(n) is at most S_n less that; then
+/// R(n+k) <= R(n) + k (slot + u) + jump k (k + 1) / 2 is the largest for u = k jump. Steps in order, jump >= 0; without the
+/// sampling term.
+Duration pauses_bound(std::span<const StepTimes> steps, Duration slot, Duration jump);
+
 /// pause_bound with the steps given one at a time.
 class PauseBound {
  public:

@@ -122,9 +122,10 @@ struct SizeStrategy {
   /// The largest velocity jump of its read times, in mean slots, after the first second, or after the first half of what is
   /// shorter than two seconds.
   double velocity_jump = 0;
-  bool jump_seen = true;         ///< false: there were too few steps, so the jump is 0 and says nothing
-  std::optional<SizePath> path;  ///< any path at that jump; empty where there are too many steps
-  Duration lead;                 ///< c that belongs to any_phase
+  bool jump_seen = true;                 ///< false: there were too few steps, so the jump is 0 and says nothing
+  std::optional<SizePath> path;          ///< any path at that jump; empty where there are too many steps
+  std::optional<Duration> pauses_bound;  ///< likewise: a map that knows the past only, where pauses come close to each other
+  Duration lead;                         ///< c that belongs to any_phase
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
