@@ -5,6 +5,7 @@ runs, and each cell must be what it gives, rounded as it is printed there.
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR            what takes less than a second a row
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --long     the others; of the recordings a third, another one each day
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --all      all rows
+    figures_test.py ENGINES SOURCE_DIR BUILD_DIR --engines  of docs/parts/engines.md, with the program of tests/engines
 """
 import datetime
 import json
@@ -19,6 +20,7 @@ from pathlib import Path
 PROGRAM, SOURCE, BUILD = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve(), Path(sys.argv[3]).resolve()
 ALL = "--all" in sys.argv[4:]
 LONG = ALL or "--long" in sys.argv[4:]
+ENGINES = "--engines" in sys.argv[4:]
 PLACE = tempfile.TemporaryDirectory(prefix="evenstep figures ")
 SLOT_M = 0.1 / 450  # of the spring that scenarios/timing extends: the hand's way from one step to the next
 
@@ -397,6 +399,37 @@ def ages():
             compare(page, row, device, cell, [(found["deviation_max"], unit), (found["velocity_jump"], unit)])
 
 
+def in_newtons(page, row, what, cell, values):
+    """`cell` ends with its unit; `values` in N."""
+    compare(page, row, what, cell, [(value, {"N": 1, "mN": 1e-3, "uN": 1e-6}[cell.split()[-1]]) for value in values])
+
+
+def engines():
+    page, scenarios = "docs/parts/engines.md", SOURCE / "tests/engines"
+    scenes = {"MuJoCo, body on sliders, weld": "mujoco-tool", "Bullet, body on a spring, 6-DoF spring": "bullet-tool",
+              "MuJoCo, hook of eight links on ball joints": "mujoco-rod", "Bullet, cloth (`btSoftBody`) lifted in its middle":
+              "bullet-soft", "MuJoCo, soft box on a floor, pressed by a ball": "mujoco-box"}
+    for row, (_, *cells) in rows(page, "| scene | hand | direct | remapped |").items():
+        found = output("run", str(scenarios / (scenes[row] + ".toml")), "--json")["metrics"]
+        remapped = found["left.force.phase_locked"]
+        for what, cell, value in zip(("direct", "remapped", "minus ideal"), cells,
+                                     (found["left.force.direct"]["velocity_jump"], remapped["velocity_jump"],
+                                      remapped["deviation_from_ideal"])):
+            in_newtons(page, row, what, cell, [value])
+    scenes = {"MuJoCo, tool": "mujoco-tool", "MuJoCo, hook": "mujoco-rod", "MuJoCo, box": "mujoco-box",
+              "Bullet, tool": "bullet-tool", "Bullet, cloth": "bullet-soft"}
+    for row, (scale, direct, *remapped) in rows(page, "| scene | force rms | direct, whatever the step |").items():
+        found = output("study", str(scenarios / (scenes[row] + ".toml")), "--json", "--out", "study", *(
+            word for one in ('run.duration="1 s"', 'run.strategies=["direct", "phase_locked"]', "study.repeats=1", "expect=[]",
+                             'study.step_sizes=["450 Hz", "900 Hz", "1800 Hz"]') for word in ("--set", one)))
+        errors = {name: [one["total"]["rms_N"] for one in found["points"] if one["strategy"] == name]
+                  for name in ("direct", "phase_locked")}
+        in_newtons(page, row, "force", scale, [found["reference"]["scale_N"]])
+        in_newtons(page, row, "direct", direct, [min(errors["direct"]), max(errors["direct"])])
+        for what, cell, value in zip(("2.22 ms", "0.56 ms"), remapped, errors["phase_locked"][::2]):
+            in_newtons(page, row, what, cell, [value])
+
+
 def in_sentences():
     """Figures outside of tables."""
     def of(scenario, signal, metric, unit, *strategies):
@@ -429,15 +462,18 @@ def in_sentences():
          *of("timing/dead-stop", "interaction", "error_at_stop", 1e-3, "direct", "predict", "filtered"))
 
 
-irregular_timing()
-reference_case()
+if ENGINES:
+    engines()
+else:
+    irregular_timing()
+    reference_case()
 if LONG:
     stiffness()
     price_of_the_remap()
     recorded_timing()
     two_commands()
     other_maps()
-if ALL or not LONG:
+if ALL or not (LONG or ENGINES):
     what_it_reaches()
     fitted_models()
     gpu_of_today()
