@@ -172,6 +172,7 @@ def tables(path):
                         "local, settled, axes only", "local, settled, normal only", "local, instantaneous, coupled",
                         "local, settled, coupled", "device_spring, settled", "device_spring, settled, coupled")]):
         print("| scene | " + " | ".join(f"{render}, {strategy}" for render, strategy in columns) + " |")
+        print("|" + "---|" * (len(columns) + 1))
         for scene in SCENES:
             print(f"| {scene} | " + " | ".join(cell(scene, *column) for column in columns) + " |")
         print()

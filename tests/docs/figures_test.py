@@ -7,6 +7,7 @@ runs, and each cell must be what it gives, rounded as it is printed there.
     figures_test.py PROGRAM SOURCE_DIR BUILD_DIR --all      all rows
     figures_test.py ENGINES SOURCE_DIR BUILD_DIR --engines  of docs/parts/engines.md, with the program of tests/engines
 """
+import csv
 import datetime
 import json
 import re
@@ -259,20 +260,66 @@ def stiffness():
         header, _, *lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
         # Where the first columns of several rows are the same, the first two name one.
         keys = 2 if len({line[0] for line in lines}) < len(lines) else 1
-        said = {tuple(line[:keys]): line for line in lines}
+        printed_now = {tuple(line[:keys]): line for line in lines}
         heading = "| " + header[0] + " |" if header[0] else "| | " + header[1] + " |"
         columns = range(keys, len(header))
         shown = [cell.strip() for line in lines_of_page if line.startswith(heading) for cell in line.strip("|").split("|")]
         if len(shown) < len(header) and set(shown) <= set(header):
             columns = [header.index(name) for name in shown[keys:]]
         for first, cells in rows(page, heading, keys).items():
-            line = said.get(first)
+            line = printed_now.get(first)
             if line is None:
                 problems.append(f"{page}: '{first}': no such row is printed")
                 continue
             compared += len(cells)
             problems.extend(f"{page}: '{first}': {cell}, and the command gives {now}"
                             for cell, now in zip(cells, (line[column] for column in columns)) if cell != now)
+
+
+def three_dimensions():
+    """The page against its CSV; with --all the CSV against searches of now, three minutes of processor time."""
+    global compared
+    page, script, file = "docs/forces/stiffness.md", SOURCE / "bench/stiffness_3d.py", SOURCE / "docs/forces/stiffness-3d.csv"
+    renders = ("force", "local, instantaneous", "local, settled")
+    head, table = table_after(["", *printed(sys.executable, script, "tables", file).split("\n")], "")
+    for row, cells in rows(page, "| scene | `force` | `local` instantaneous |").items():
+        line = table[row.split(",")[0]]
+        for render, cell in zip(renders, cells):
+            compared += 1
+            now = line[head.index(f"{render}, phase_locked")]
+            if cell != now:
+                problems.append(f"{page}: '{row}', {render}: {cell}, and {file.name} has {now}")
+    with open(file, encoding="utf-8") as lines:
+        held = list(csv.DictReader(lines))
+
+    def bears(scene, render, column="N_per_m_of_a_spring", strategy="phase_locked"):
+        return next((float(one[column]), 1) for one in held
+                    if (one["scene"], one["render"], one["strategy"]) == (scene, render, strategy))
+
+    near, apart = "hands side by side", "hands 48 mm apart"
+    said(page, r"the lumps side by side bear k = (\S+) instead of (\S+), and 48 mm apart (\S+) instead of (\d+)",
+         bears(near, "local, settled, coupled"), bears(near, "local, settled"), bears(apart, "local, settled, coupled"),
+         bears(apart, "local, settled"))
+    said(page, r"the coupling adds little \((\S+) instead of (\d+)\)", bears(near, "local, instantaneous, coupled"),
+         bears(near, "local, instantaneous"))
+    said(page, r"the diagonal of K alone bears k = (\d+), and the whole matrix (\d+)", bears("corner", "local, settled, axes only"),
+         bears("corner", "local, settled"))
+    said(page, r"along the normal alone it bears (\d+) N/m instead of (\d+)",
+         bears("probe", "local, settled, normal only", "N_per_m_at_the_tool"),
+         bears("probe", "local, settled", "N_per_m_at_the_tool"))
+    said(page, r"raw and remapped: `force` (\S+) and (\S+), `local` settled (\S+) and (\d+), along the normal alone (\S+) and "
+         r"(\d+)", *(bears("sliding", render, "N_per_m_at_the_tool", strategy)
+                     for render in ("force", "local, settled", "local, settled, normal only")
+                     for strategy in ("direct", "phase_locked")))
+    if ALL:
+        now = Path(PLACE.name) / "now.csv"
+        printed(sys.executable, script, "run", PROGRAM, now)
+        with open(now, encoding="utf-8") as lines:
+            fresh = list(csv.DictReader(lines))
+        compared += len(fresh)
+        problems.extend(f"{file.name} has {old}, and a search of now gives {new}" for old, new in zip(held, fresh) if old != new)
+        if len(held) != len(fresh):
+            problems.append(f"{file.name} has {len(held)} rows, and searches of now give {len(fresh)}")
 
 
 def price_of_the_remap():
@@ -484,6 +531,7 @@ if ALL or not (LONG or ENGINES):
     adaptive_latency()
     sine_at_the_device()
     ages()
+    three_dimensions()
     in_sentences()
 if ALL:
     growth_rates()
