@@ -20,7 +20,7 @@ OTHERS_OPTIONS = set("""--allow-empty --array --build --cap-add --cflags --compo
 --target --test-dir
 --type --ulimit""".split())
 # Of the repository's own scripts, test programs and examples.
-OWN_OPTIONS = {"--benchmark", "--evenstep-long", "--evenstep-set", "--svg", "--update"}
+OWN_OPTIONS = {"--benchmark", "--busy", "--evenstep-long", "--evenstep-set", "--svg", "--update"}
 # Names in EVENSTEP_... that are no variables: ends with _ or … in the text, or what a C header defines.
 NO_VARIABLES = re.compile(r"EVENSTEP_(REMAP|CL|OLDEST)_|EVENSTEP_\w*_$")
 
