@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 """Whether this machine keeps what a size promises: the live trial of docs/choose/sizing.md.
 
-  scripts/live_sizes.py PROGRAM ROUNDS [--first N] [--rate "1 %"] [--record SECONDS] [--busy] [--exact]
+  scripts/live_sizes.py PROGRAM ROUNDS [--first N] [--rate "1 %"] [--record SECONDS] [--busy]
 
 Each round records scenarios/live/sized.toml (60 s by default), sizes the recording for its next two minutes (--per "2 min",
 with --rate if given), and where that gives a promise runs the scenario for two minutes with its latency and lead, and with
-other drawings than those recorded. Where it is refused, nothing is run; with --exact the scenario runs with the exact size,
-for which nobody vouches. --busy keeps every core busy meanwhile. A row a round: the latency, how many of the 3600 segments
-were late, and whether the promise was kept. Rounds are numbered from N (1), and draw what their number says, so that several
-of these scripts can run side by side.
+other drawings than those recorded. Where it is refused, nothing is run. --busy keeps every core busy meanwhile. A row a
+round: the latency, how many of the 3600 segments were late, and whether the promise was kept. Rounds are numbered from N (1),
+and draw what their number says, so that several of these scripts can run side by side.
 """
 import argparse
 import json
@@ -30,26 +29,20 @@ def read(*command):
 
 
 def a_round(options, number, folder):
-    """(latency in ns, late segments or None, what became of the promise)"""
+    """(latency in ns, late segments, what became of the promise); without a promise the first two are None"""
     recording = folder / "now.csv"
     read(options.program, "record", SCENARIO, "-o", recording, "--seconds", options.record,
          "--set", f"run.seed={2 * number}")
     rate = ["--rate", options.rate] if options.rate else []
     size = json.loads(read(options.program, "size", recording, "--emission", "linear", "--per", "2 min", *rate, "--json"))
-    found = size["strategies"]["phase_locked"]
-    promise = found["per"]
-    refused = promise.get("refused")
-    latency, lead = promise.get("latency_ns"), promise.get("lead_ns")
-    if refused:
-        latency, lead = found["latency_any_phase_ns"], found["lead_ns"]
-    if refused and not options.exact:
-        return latency, None, f"refused: {refused}"
+    promise = size["strategies"]["phase_locked"]["per"]
+    if "refused" in promise:
+        return None, None, f"refused: {promise['refused']}"
+    latency, lead = promise["latency_ns"], promise["lead_ns"]
     read(options.program, "run", "--clock", "wall", SCENARIO, "--out", folder / "run", "--set", f"run.seed={2 * number + 1}",
          "--set", f'remap.latency="{latency} ns"', "--set", f'remap.lead="{lead} ns"')
     summary = json.loads((folder / "run/summary.json").read_text(encoding="utf-8"))
     late = round(SEGMENTS * summary["metrics"]["left.buffers.phase_locked"]["underrun_rate"])
-    if refused:
-        return latency, late, f"refused: {refused}; run with the exact size"
     return latency, late, "kept" if late <= round(SEGMENTS * promise["rate"]) else "broken"
 
 
@@ -61,7 +54,6 @@ def main():
     parser.add_argument("--rate")
     parser.add_argument("--record", default="60")
     parser.add_argument("--busy", action="store_true")
-    parser.add_argument("--exact", action="store_true")
     options = parser.parse_args()
     busy = os.cpu_count() if options.busy else 0
     load = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(busy)]
@@ -71,7 +63,8 @@ def main():
             for number in range(options.first, options.first + options.rounds):
                 rows.append(a_round(options, number, pathlib.Path(place)))
                 latency, late, how = rows[-1]
-                print(f"| {number} | {latency / 1e6:.3f} ms | {'-' if late is None else late} | {how} |", flush=True)
+                shown = "- | -" if latency is None else f"{latency / 1e6:.3f} ms | {late}"
+                print(f"| {number} | {shown} | {how} |", flush=True)
         promised = [how for _, _, how in rows if how in ("kept", "broken")]
         print(f"{promised.count('kept')} of {len(promised)} promises kept, {len(rows) - len(promised)} refused")
     finally:

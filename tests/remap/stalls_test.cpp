@@ -52,8 +52,26 @@ Schedule with_stalls(Draw& draw, Grid grid) {
   return schedule;
 }
 
+/// A stricter bound than pauses_bound (jump_bound.h) where pauses come close to each other, for a map that has gone at its
+/// pace before the first of them: step n-1 reads at S_{n-1} at the latest, and from then on the distance between slots grows
+/// by at most `jump` a step, R(n+i) <= S_{n-1} + (i+1) tau + jump (i+1)(i+2)/2; so
+///     L >= E_{n+i} - S_{n-1} - (i+1) tau - jump (i+1)(i+2)/2
+Duration paced_bound(const std::vector<StepTimes>& steps, Duration slot, double jump) {
+  const auto slot_ns = static_cast<double>(slot.ns);
+  double most_ns = static_cast<double>(pause_bound(steps, slot).ns);
+  for (std::size_t n = 1; n < steps.size(); ++n) {
+    if ((steps[n].end - steps[n - 1].begin).ns < 3 * slot.ns) continue;
+    double allowed_ns = 0, velocity = 1;
+    for (std::size_t i = n; i < std::min(steps.size(), n + 150); ++i) {
+      allowed_ns += (velocity += jump) * slot_ns;
+      most_ns = std::max(most_ns, static_cast<double>((steps[i].end - steps[n - 1].begin).ns) - allowed_ns);
+    }
+  }
+  return {static_cast<std::int64_t>(most_ns)};
+}
+
 struct Reached {
-  double times_pause, times_pauses, jump;
+  double times_pause, times_paced, times_pauses, jump;
 };
 
 Reached reached(std::uint64_t seed, Grid grid) {
@@ -68,23 +86,27 @@ Reached reached(std::uint64_t seed, Grid grid) {
   VelocityJump jump(RealTime{1'000'000'000});
   jump.add(mapped);
   const Duration most{std::llround(kJump * static_cast<double>(slot.ns))};
-  return {ratio(latency, pause_bound(steps, slot) + kSampling), ratio(latency, pauses_bound(steps, slot, most) + kSampling),
+  return {ratio(latency, pause_bound(steps, slot) + kSampling), ratio(latency, paced_bound(steps, slot, kJump) + kSampling),
+          ratio(latency, pauses_bound(steps, slot, most) + kSampling),
           static_cast<double>(jump.most_ns()) / static_cast<double>(slot.ns)};
 }
 
-/// At most `usual` pause bounds in 97 of 100 schedules, and in all of them `most` pauses bounds (jump_bound.h).
-void check_reached(std::uint64_t count, Grid grid, double usual, double most) {
+/// At most `usual` pause bounds in 97 of 100 schedules, and in all of them `most` of the bounds that count pauses together
+/// for a map at its pace, and `most_of_any` of those for any map.
+void check_reached(std::uint64_t count, Grid grid, double usual, double most, double most_of_any) {
   std::uint64_t above = 0;
-  double worst = 0, most_jump = 0;
+  double worst = 0, worst_of_any = 0, most_jump = 0;
   for (std::uint64_t seed = 0; seed < count; ++seed) {
     const Reached one = reached(seed, grid);
     above += one.times_pause > usual;
-    worst = std::max(worst, one.times_pauses);
+    worst = std::max(worst, one.times_paced);
+    worst_of_any = std::max(worst_of_any, one.times_pauses);
     most_jump = std::max(most_jump, one.jump);
   }
-  CAPTURE(count, above, worst, most_jump);
+  CAPTURE(count, above, worst, worst_of_any, most_jump);
   CHECK(above * 100 <= 3 * count);
   CHECK(worst <= most);
+  CHECK(worst_of_any <= most_of_any);
   CHECK(most_jump <= 0.15);
   CHECK(most_jump > kUsualJump * 1.2);  // the choice is used
 }
@@ -92,12 +114,12 @@ void check_reached(std::uint64_t count, Grid grid, double usual, double most) {
 }  // namespace
 
 TEST_CASE("stalls in short segments with a cycle: 1.25 pause bounds in 97 of 100 of 300 schedules, at a jump of 0.15") {
-  check_reached(cases(300), Grid::cycle, 1.25, 1.6);
+  check_reached(cases(300), Grid::cycle, 1.25, 1.3, 1.6);
 }
 TEST_CASE("stalls in short segments without a cycle: 1.5 pause bounds in 97 of 100 of 300 schedules, at a jump of 0.15") {
-  check_reached(cases(300), Grid::none, 1.5, 1.8);
+  check_reached(cases(300), Grid::none, 1.5, 1.75, 1.8);
 }
 TEST_CASE("stalls in short segments: 1.25 and 1.5 pause bounds in 97 of 100 of 10,000 schedules", "[million]") {
-  check_reached(5000, Grid::cycle, 1.25, 1.6);
-  check_reached(5000, Grid::none, 1.5, 1.8);
+  check_reached(5000, Grid::cycle, 1.25, 1.3, 1.6);
+  check_reached(5000, Grid::none, 1.5, 1.75, 1.8);
 }

@@ -316,7 +316,7 @@ class Sizer {
     if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
     if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty()) {
       out.path = path(steps, out.velocity_jump);
-      out.pauses_bound = evenstep::pauses_bound(steps, slot_, in_ns(out.velocity_jump)) + sampling_term();
+      out.pauses_bound = pauses_bound(steps, slot_, in_ns(out.velocity_jump)) + sampling_term();
     }
     out.lead = least.lead;
     out.latency_this_phase = here.budget().latency + ahead;
