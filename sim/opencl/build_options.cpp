@@ -8,12 +8,17 @@ namespace {
 /// "%a" is exact; a decimal rendering of 20.0f is not even a float literal.
 std::string hex(float value) { return fmt::format("{:a}f", value); }
 
+/// A component of a spring at rest, which the kernels add. Adding -0 changes no number, so the compiler leaves that addition
+/// out; adding 0 would turn -0 into 0. No result tells them apart: a component that is 0 is squared, or multiplied and added
+/// to a sum that began with 0, and such a sum never is -0.
+std::string rest(float value) { return value == 0 ? "-0.0f" : hex(value); }
+
 /// Every spring, coupling and probe with its constants, as arguments of macros (kernels/springs.cl).
 std::string tissue_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features) {
   std::string springs, couplings, probes;
   for (std::size_t s = 0; s < kNeighbours; ++s) {
     const auto& [x, y, z] = constants.rest_m[s];
-    springs += fmt::format("S({},{},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]),
+    springs += fmt::format("S({},{},{},{},{},{})", lattice.offset[s], rest(x), rest(y), rest(z), hex(constants.length_m[s]),
                            hex(constants.axial_s_per_m2[s]));
   }
   for (std::size_t t = 0; t < kMaxTools; ++t) {

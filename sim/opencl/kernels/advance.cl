@@ -1,22 +1,21 @@
 // One substep of symplectic Euler for every cell. Fixed and ghost cells stay where they are; grabbed ones go with their
 // tool, whose displacement and velocity at the end of the substep are u0, v0 and u1, v1: `mobile` is 2 for those of tool 0
 // and 3 for those of tool 1, whatever the forces on them come to. So a grab needs no launch of its own. The choice is made
-// with the bits of the numbers, because a condition can keep the loop over work-items from vectorising (measured: seven
-// times slower), and masked stores are slower than these few operations.
+// among numbers that are there already: a condition around them can keep the loop over work-items from vectorising
+// (measured: seven times slower).
 #ifdef GRAB0
-#define MASK0 -(mobile[i] == 2.0f)
+#define WITH_TOOL_0 (mobile[i] == 2.0f)
 #else
-#define MASK0 0
+#define WITH_TOOL_0 0
 #endif
 #ifdef GRAB1
-#define MASK1 -(mobile[i] == 3.0f)
+#define WITH_TOOL_1 (mobile[i] == 3.0f)
 #else
-#define MASK1 0
+#define WITH_TOOL_1 0
 #endif
 #if defined(GRAB0) || defined(GRAB1)
 #define HOLDING_TOOLS , float4 u0, float4 v0, float4 u1, float4 v1
-#define HELD_OR(FREE, TOOL0, TOOL1) \
-  as_float((as_int(FREE) & ~(mask0 | mask1)) | (as_int(TOOL0) & mask0) | (as_int(TOOL1) & mask1))
+#define HELD_OR(FREE, TOOL0, TOOL1) select(select(FREE, TOOL0, with0), TOOL1, with1)
 #else
 #define HOLDING_TOOLS
 #define HELD_OR(FREE, TOOL0, TOOL1) FREE
@@ -55,7 +54,7 @@ __kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* r
   const float wx = (vx[i] DECAYED + fx * acceleration) FALL(x);
   const float wy = (vy[i] DECAYED + fy * acceleration) FALL(y);
   const float wz = (vz[i] DECAYED + fz * acceleration) FALL(z);
-  const int mask0 = MASK0, mask1 = MASK1;  // all bits of those that are held
+  const int with0 = WITH_TOOL_0, with1 = WITH_TOOL_1;
   new_vx[i] = HELD_OR(wx, v0.x, v1.x);
   new_vy[i] = HELD_OR(wy, v0.y, v1.y);
   new_vz[i] = HELD_OR(wz, v0.z, v1.z);
