@@ -59,7 +59,8 @@ ExitCode check_all(const std::vector<OpenClListed>& there, const std::atomic<boo
   const RecordedMachine machine = machine_here();
   for (const OpenClListed& one : there) {
     OpenClCheckOptions options = usual;
-    if (one.is_gpu) options.lattices.insert(options.lattices.end(), {{100, 100, 100}, {160, 160, 157}});
+    if (one.is_gpu)
+      options.blocks.insert(options.blocks.end(), {{{100, 100, 100}, 1'000'000}, {{160, 160, 157}, 4'000'000}});
     options.progress = [&, done = 0](const std::string& what) mutable {
       progress.update(++done, 0, one.device + ": " + what);
     };

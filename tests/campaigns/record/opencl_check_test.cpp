@@ -16,7 +16,7 @@ OpenClCheckOptions short_check() {
   options.read = [](const std::string& file, const std::vector<std::string>& set) {
     return read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/" + file, {set, std::nullopt, {}, true});
   };
-  options.lattices = {{5, 5, 5}};
+  options.blocks = {{{5, 5, 5}, 120}};
   options.timed = Duration{10'000'000};
   options.recorded = Duration{200'000'000};
   options.live = Duration{1'000'000'000};
@@ -49,7 +49,7 @@ TEST_CASE(
     CHECK_FALSE(check.any(State::differs));
     CHECK_THAT(row_of(check, "bits").text, Contains("18 of 18 equal"));
     CHECK_THAT(row_of(check, "Figure 1").text, Contains(", the same"));
-    CHECK_THAT(row_of(check, "steps of 125 particles").text, Contains("6 commands a step") || Contains("7 commands a step"));
+    CHECK_THAT(row_of(check, "steps of 120 particles").text, Contains("6 commands a step") || Contains("7 commands a step"));
     CHECK_THAT(row_of(check, "recording of Figure 1, visualization \"11.1 ms\"").text, Contains("a step p50"));
     CHECK_THAT(row_of(check, "recording of Figure 1, visualization \"burn").text,
                Contains("a kernel kept the compute device"));

@@ -75,10 +75,11 @@ bool same_steps(Solver& cpu, Solver& opencl, bool rich) {
 }
 
 /// A block with a tool that is dragged to and fro, four substeps a step, as Figure 1 has.
-Scene timed_scene(const std::array<int, 3>& lattice) {
+Scene timed_scene(const TimedBlock& block) {
+  const std::array<int, 3>& lattice = block.lattice;
   TissueScene tissue;
   tissue.lattice = lattice;
-  tissue.particle_count = std::int64_t{lattice[0]} * lattice[1] * lattice[2];
+  tissue.particle_count = block.particles;
   tissue.damping_per_s = 20;
   tissue.substeps = 4;
   const glm::dvec3 middle(lattice[0] / 2, lattice[1] / 2, lattice[2] - 2);
@@ -102,10 +103,8 @@ class Check {
     row("what it is", [&] { return describe(); });
     row("bits of small scenes with every feature, against cpu", [&] { return bits(); });
     row("Figure 1 in virtual time, against cpu", [&] { return figure_1(); });
-    for (const auto& lattice : options_.lattices) {
-      row(fmt::format("steps of {} particles, 4 substeps", std::int64_t{lattice[0]} * lattice[1] * lattice[2]),
-          [&] { return speed(lattice); });
-    }
+    for (const TimedBlock& block : options_.blocks)
+      row(fmt::format("steps of {} particles, 4 substeps", block.particles), [&] { return speed(block); });
     for (const char* visualization : {"11.1 ms", "burn 11.1 ms", "render"})
       row(fmt::format("recording of Figure 1, visualization \"{}\"", visualization), [&] { return record(visualization); });
     row("live run of scenarios/live/figure-1-gpu.toml", [&] { return live(); });
@@ -189,10 +188,10 @@ class Check {
     return fmt::format("trace {:016x}, the same", trace[0]);
   }
 
-  std::string speed(const std::array<int, 3>& lattice) {
+  std::string speed(const TimedBlock& block) {
     SolverOptions logging = with_;
     logging.log_commands = true;
-    const Scene scene = timed_scene(lattice);
+    const Scene scene = timed_scene(block);
     std::int64_t n = 0;
     const auto step = [&](Solver& solver) {
       const auto phase = static_cast<double>(n++ % 40);
