@@ -80,6 +80,22 @@ TEST_CASE("What cannot be checked is a row with its reason, what differs is mark
   CHECK_THAT(check_table({absent}, machine), Contains("| missing: no OpenCL device"));
 }
 
+TEST_CASE("A device that does not say when its commands ran is said to be one, and no length is 0 because of it") {
+  const DeviceCommand timed{"advance", 10'000, 11'000, 12'000, 15'000}, silent{"advance"};
+  CHECK(check_text({timed, timed, timed, timed}, 2) == "on the device 2 commands a step, which run for 6.0 us");
+  CHECK(check_text({timed, timed, timed, silent}, 2) == "on the device 2 commands a step, whose times it does not say");
+  RecordSummary summary;
+  summary.host = {1'000'000, 2'000'000, 3'000'000};
+  summary.visualization = {11'000'000, 11'000'000, 12'000'000};
+  CHECK(check_text(summary) ==
+        "a step p50 1.000, p99 2.000, max 3.000 ms, on the device unknown; a visualization p50 11.000, max 12.000 ms");
+  summary.steps_on_device = 15;
+  summary.span = {500'000, 600'000, 700'000};
+  summary.steps_beyond_host = 1;
+  CHECK_THAT(check_text(summary),
+             Contains("on the device p50 0.500, p99 0.600;") && Contains("; 1 steps longer on the device than on the host"));
+}
+
 TEST_CASE("A check that is interrupted ends before its next row") {
   const std::atomic<bool> interrupted{true};
   OpenClCheckOptions options = short_check();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <functional>
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/run.h"
@@ -139,9 +140,10 @@ class Check {
   std::string describe() {
     check_.description = describe_opencl(with_);
     const OpenClDescription& said = check_.description;
-    return fmt::format("{}, driver {}, {}; {} compute units, at most {} MHz, times of {} ns",
-                       check_.device.is_gpu ? "GPU" : "processor", said.driver, said.version, said.compute_units,
-                       said.clock_MHz, said.timer_resolution_ns);
+    return fmt::format(
+        "{}, driver {}, {}; {} compute units, at most {} MHz, {}", check_.device.is_gpu ? "GPU" : "processor", said.driver,
+        said.version, said.compute_units, said.clock_MHz,
+        said.timer_resolution_ns > 0 ? fmt::format("times of {} ns", said.timer_resolution_ns) : "no times of commands");
   }
 
   std::string bits() {
@@ -210,11 +212,7 @@ class Check {
     constexpr int kLogged = 20;
     for (int more = 0; more < kLogged; ++more) step(*logged);
     const std::vector<DeviceCommand> commands = logged->command_log()->take();
-    double busy_us = 0;
-    for (const DeviceCommand& command : commands)
-      busy_us += 1e-3 * static_cast<double>(command.ended_ns - command.started_ns);
-    return fmt::format("{:.1f} us a step, {:.0f} a second; on the device {} commands a step, which run for {:.1f} us", us,
-                       1e6 / us, commands.size() / kLogged, busy_us / kLogged);
+    return fmt::format("{:.1f} us a step, {:.0f} a second; {}", us, 1e6 / us, check_text(commands, kLogged));
   }
 
   std::string record(const std::string& visualization) {
@@ -226,14 +224,7 @@ class Check {
     const RecordSummary summary = summarize(
         record_solver(scenario, solver, clock,
                       {.length = options_.recorded, .interrupted = options_.interrupted, .visualization = work.get()}));
-    std::string text =
-        fmt::format("a step p50 {}, p99 {}, max {} ms, on the device p50 {}, p99 {}; a visualization p50 {}, max {} ms",
-                    in_ms(summary.host.p50), in_ms(summary.host.p99), in_ms(summary.host.max), in_ms(summary.span.p50),
-                    in_ms(summary.span.p99), in_ms(summary.visualization.p50), in_ms(summary.visualization.max));
-    if (summary.steps_beyond_host > 0)
-      text += fmt::format("; {} steps longer on the device than on the host", summary.steps_beyond_host);
-    if (work) text += "; " + work->text();
-    return text;
+    return check_text(summary) + (work ? "; " + work->text() : "");
   }
 
   std::string live() {
@@ -270,6 +261,29 @@ std::string cell(std::string text) {
 
 bool OpenClCheck::any(OpenClCheckRow::State state) const {
   return std::any_of(rows.begin(), rows.end(), [&](const OpenClCheckRow& row) { return row.state == state; });
+}
+
+std::string check_text(const std::vector<DeviceCommand>& commands, std::int64_t steps) {
+  const auto count = static_cast<std::int64_t>(commands.size());
+  std::string text = fmt::format("on the device {} commands a step, ", count / steps);
+  if (!std::all_of(commands.begin(), commands.end(), std::mem_fn(&DeviceCommand::has_times)))
+    return text + "whose times it does not say";
+  double busy_us = 0;
+  for (const DeviceCommand& command : commands) busy_us += 1e-3 * static_cast<double>(command.ended_ns - command.started_ns);
+  return text + fmt::format("which run for {:.1f} us", busy_us / static_cast<double>(steps));
+}
+
+std::string check_text(const RecordSummary& summary) {
+  std::string text = fmt::format("a step p50 {}, p99 {}, max {} ms, ", in_ms(summary.host.p50), in_ms(summary.host.p99),
+                                 in_ms(summary.host.max));
+  text += summary.steps_on_device > 0
+              ? fmt::format("on the device p50 {}, p99 {}", in_ms(summary.span.p50), in_ms(summary.span.p99))
+              : "on the device unknown";
+  text +=
+      fmt::format("; a visualization p50 {}, max {} ms", in_ms(summary.visualization.p50), in_ms(summary.visualization.max));
+  if (summary.steps_beyond_host > 0)
+    text += fmt::format("; {} steps longer on the device than on the host", summary.steps_beyond_host);
+  return text;
 }
 
 OpenClCheck check_opencl(const OpenClListed& device, const OpenClCheckOptions& options) {

@@ -24,12 +24,6 @@ Spread spread_of(std::vector<std::int64_t> lengths) {
   return {rank(lengths, 500), rank(lengths, 990), lengths.back()};
 }
 
-/// Whether a device has reported its times: four of them, in order, and none so late that differences overflow.
-bool has_times(const DeviceCommand& command) {
-  return command.queued_ns > 0 && command.queued_ns <= command.submitted_ns && command.submitted_ns <= command.started_ns &&
-         command.started_ns <= command.ended_ns && command.ended_ns <= INT64_MAX;
-}
-
 std::int64_t length_ns(std::uint64_t from, std::uint64_t to) { return static_cast<std::int64_t>(to - from); }
 
 /// The commands of one step, on the device's clock.
@@ -86,7 +80,7 @@ class DeviceSums {
       const std::optional<std::size_t> step = commands[at].step;
       OnDevice one;
       for (; at < commands.size() && commands[at].segment == segment && commands[at].step == step; ++at) {
-        if (has_times(commands[at].command)) {
+        if (commands[at].command.has_times()) {
           one.add(commands[at].command);
           (step ? of_steps_ : of_drawings_).add(commands[at].command);
         } else {
@@ -233,8 +227,11 @@ std::string head_text(const RecordHead& head, const Scenario& scenario, const So
   line(fmt::format("load: {:.2f} before, {:.2f} after (runnable processes, mean of a minute)", machine.load_before,
                    machine.load_after));
   std::string clock = fmt::format("clock: CLOCK_MONOTONIC ({})", machine.host_clock.empty() ? "?" : machine.host_clock);
-  if (!recording.commands.empty())
-    clock += fmt::format("; the device's own, of {} ns, for its commands", machine.device.timer_resolution_ns);
+  if (!recording.commands.empty()) {
+    const std::int64_t unit_ns = machine.device.timer_resolution_ns;
+    clock += unit_ns > 0 ? fmt::format("; the device's own, of {} ns, for its commands", unit_ns)
+                         : "; the device does not say the times of its commands";
+  }
   line(clock);
   if (const auto& rights = recording.rights; rights && rights->fifo)
     line(fmt::format("rights: SCHED_FIFO {}, as the solver of a live run", rights->priority));
@@ -250,13 +247,13 @@ std::string head_text(const RecordHead& head, const Scenario& scenario, const So
 
 std::string commands_csv(const SolverRecording& recording) {
   std::string csv = "segment,kind,index,name,queued_ns,submitted_ns,started_ns,ended_ns\n";
-  const auto known = [](const RecordedCommand& one) { return has_times(one.command); };
+  const auto known = [](const RecordedCommand& one) { return one.command.has_times(); };
   const auto first = std::find_if(recording.commands.begin(), recording.commands.end(), known);
   if (first == recording.commands.end()) return csv;
   const auto zero = static_cast<std::int64_t>(first->command.queued_ns);
   const auto since = [&](std::uint64_t ns) { return static_cast<std::int64_t>(ns) - zero; };
   for (const auto& [segment, step, command] : recording.commands) {
-    if (!has_times(command)) continue;
+    if (!command.has_times()) continue;
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{}\n", segment, step ? "step" : "visualization",
                    step.value_or(0), command.name, since(command.queued_ns), since(command.submitted_ns),
                    since(command.started_ns), since(command.ended_ns));

@@ -14,6 +14,12 @@ namespace evenstep {
 struct DeviceCommand {
   std::string_view name;  ///< of the kernel, or "read", "write", "fill", "copy"; valid as long as the program runs
   std::uint64_t queued_ns = 0, submitted_ns = 0, started_ns = 0, ended_ns = 0;  ///< all 0 if the device does not say
+
+  /// Whether the device has said them: four of them, in order, and none so late that differences overflow.
+  bool has_times() const {
+    return queued_ns > 0 && queued_ns <= submitted_ns && submitted_ns <= started_ns && started_ns <= ended_ns &&
+           ended_ns <= INT64_MAX;
+  }
 };
 
 /// The commands since the last take(), in the order in which they were given. For the thread that calls the solver.
@@ -30,7 +36,7 @@ struct OpenClDescription {
   std::string device, platform, version, driver;  ///< version: of OpenCL and the platform
   std::int64_t compute_units = 0;
   std::int64_t clock_MHz = 0;            ///< the highest that is configured
-  std::int64_t timer_resolution_ns = 0;  ///< of the times of its commands
+  std::int64_t timer_resolution_ns = 0;  ///< of the times of its commands; 0 if it does not say
   std::int64_t memory_bytes = 0;
 };
 

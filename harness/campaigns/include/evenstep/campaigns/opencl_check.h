@@ -47,6 +47,9 @@ struct OpenClCheck {
 };
 
 OpenClCheck check_opencl(const OpenClListed& device, const OpenClCheckOptions& options);
+/// What it says of the commands of that many steps, and of a recording.
+std::string check_text(const std::vector<DeviceCommand>& commands, std::int64_t steps);
+std::string check_text(const RecordSummary& summary);
 /// A table in Markdown, to be pasted.
 std::string check_table(const std::vector<OpenClCheck>& checks, const RecordedMachine& machine);
 
