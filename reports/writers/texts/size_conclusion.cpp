@@ -81,18 +81,18 @@ std::string shorter_pauses(const SizeRecord& record) {
   // Steps that are spread already wait for up to a slot.
   const bool waits = pause.is_material(pause.waiting) && pause.waiting * record.steps > record.length;
   if (waits || pause.is_material(pause.unrecorded))
-    out += fmt::format("{} steps that\n  wait for their slots instead of coming in a burst help: --spread says how much. ",
+    out += fmt::format(" {} steps that\n  wait for their slots instead of coming in a burst help: --spread says how much.",
                        waits ? "As it waits," : "If it waits where nothing is recorded,");
-  if (pause.is_material(pause.drawing)) out += "A shorter visualization helps, or steps\n  between its parts.";
+  if (pause.is_material(pause.drawing)) out += " A shorter visualization helps, or steps\n  between its parts.";
   return out + "\n";
 }
 
 /// What all hitches together cost, and which kind it would save most to mend.
 std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   if (record.hitches.empty()) {
-    const std::string usual = "  Nothing took clearly longer than usual: every cycle needs about as much. ";
+    const std::string usual = "  Nothing took clearly longer than usual: every cycle needs about as much.";
     if (record.visualizations == 0)
-      return usual + "It has no\n  visualization: what helps are results that come sooner, more often or more evenly.\n";
+      return usual + " It has no\n  visualization: what helps are results that come sooner, more often or more evenly.\n";
     return usual + shorter_pauses(record);
   }
   const std::size_t map = place_of(record, use);
