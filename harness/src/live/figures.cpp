@@ -60,11 +60,15 @@ void LiveFigures::add(const SeenStep& step) {
   for (std::size_t tool = 0; tool < devices_.size(); ++tool) add_margin(step.tools[tool].sample_margin, last_.least_margin);
 }
 
-LiveCounts LiveFigures::counts() const {
+LiveCounts LiveFigures::counts(RealTime now) const {
   LiveCounts counts = counts_;
-  for (const Device& device : devices_) {
-    counts.ticks += device.ran;
-    counts.missed += device.due - device.ran;
+  const RealTime end{run_.length.ns};
+  for (std::size_t d = 0; d < devices_.size(); ++d) {
+    std::int64_t due = devices_[d].due;
+    // No later tick tells of those that the run's end came before.
+    if (now >= end) due = std::max(due, first_tick_at_or_after(run_.devices[d].rate, end, run_.devices[d].first_tick));
+    counts.ticks += devices_[d].ran;
+    counts.missed += due - devices_[d].ran;
   }
   return counts;
 }
@@ -78,7 +82,7 @@ LiveSnapshot LiveFigures::take(RealTime now, std::uint64_t dropped) {
   std::sort(lateness_ns_.begin(), lateness_ns_.end());
   snapshot.lateness_p50 = percentile(lateness_ns_, 50);
   snapshot.lateness_p99 = percentile(lateness_ns_, 99);
-  whole_.counts = counts();
+  whole_.counts = counts(now);
   last_.counts = whole_.counts - counts_before_;
   whole_.lateness_max = std::max(whole_.lateness_max, last_.lateness_max);
   whole_.clamped += last_.clamped;

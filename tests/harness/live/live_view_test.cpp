@@ -255,7 +255,10 @@ TEST_CASE("figures: quantiles of what was seen since the last time, counts that 
   CHECK(second.devices[0].guard == GuardState::cut_speed);  // the worst state since the last snapshot, although it has ended
   CHECK(second.dropped == 50);
 
+  CHECK(figures.take(RealTime{3'999 * kMs}, 50).last.counts.missed == 0);  // ticks that may still come
   const LiveSnapshot none = figures.take(RealTime{5'000 * kMs}, 50);
+  CHECK(none.last.counts.missed == 4'000 - 164);  // of the run's four seconds, to its end
+  CHECK(none.whole.counts.missed == 2 + 4'000 - 164);
   CHECK(none.left == Duration{0});
   CHECK(none.last.counts.ticks == 0);
   CHECK(none.lateness_p99 == Duration{0});
