@@ -29,8 +29,7 @@ struct WatchedRun {
 WatchedRun watched_run(const Scenario& scenario, const LiveDeviceOptions& options);
 
 /// Late reads count, for each step and device, a sample that was not there yet; late forces count a force that was due
-/// before it was there. Missed ticks never ran, because an earlier tick was late or, once the run has its length, because it
-/// ended.
+/// before it was there. Missed ticks never ran, because an earlier tick was late, or because the run came to its end.
 struct LiveCounts {
   std::int64_t ticks = 0, steps = 0, missed = 0, late_reads = 0, late_forces = 0;
   std::int64_t underruns() const { return late_reads + late_forces; }
