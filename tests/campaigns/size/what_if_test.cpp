@@ -123,6 +123,16 @@ void check_split_and_spread(std::uint64_t first, std::uint64_t count, bool recor
   CHECK(better > 3 * static_cast<std::int64_t>(count) / 2);
 }
 
+/// What a recording needs split into parts, spread, and both, ms.
+std::array<double, 3> split_and_spread_ms(const std::string& name, int parts) {
+  const std::string split = "split " + std::to_string(parts);
+  const SizeRecord record = sized(name, {split, "spread", "spread, " + split});
+  std::array<double, 3> needs_ms{};
+  for (std::size_t i = 0; i < 3; ++i)  // row 0 is the recording as it is
+    needs_ms[i] = static_cast<double>(phase_locked(record.what_ifs.at(i + 1)).latency.ns) / 1e6;
+  return needs_ms;
+}
+
 }  // namespace
 
 TEST_CASE("a what-if is read from its text, and its text gives it again", "[what-if]") {
@@ -334,23 +344,17 @@ TEST_CASE("of a recording that waits split and spread together are never worse t
 }
 
 TEST_CASE("with its first segment in parts a recording needs less of split and spread than of either", "[what-if][spread]") {
-  const SizeRecord record = sized("paced30-pthread", {"split 2", "spread", "spread, split 2"});
-  const auto need_ms = [&](std::size_t row) {
-    return static_cast<double>(phase_locked(record.what_ifs.at(row)).latency.ns) / 1e6;
-  };
-  CHECK(need_ms(1) == Approx(23.080).epsilon(0.001));
-  CHECK(need_ms(2) == Approx(39.599).epsilon(0.001));
-  CHECK(need_ms(3) == Approx(20.480).epsilon(0.001));
+  const auto [split_ms, spread_ms, both_ms] = split_and_spread_ms("paced30-pthread", 2);
+  CHECK(split_ms == Approx(23.080).epsilon(0.001));
+  CHECK(spread_ms == Approx(39.599).epsilon(0.001));
+  CHECK(both_ms == Approx(20.480).epsilon(0.001));
 }
 
 TEST_CASE("a recording whose GPU rests needs less of split and spread than of either", "[what-if][spread]") {
-  const SizeRecord record = sized("h100-render", {"split 5", "spread", "spread, split 5"});
-  const auto need_ms = [&](std::size_t row) {
-    return static_cast<double>(phase_locked(record.what_ifs.at(row)).latency.ns) / 1e6;
-  };
-  CHECK(need_ms(1) == Approx(5.76).epsilon(0.002));
-  CHECK(need_ms(2) == Approx(4.44).epsilon(0.002));
-  CHECK(need_ms(3) == Approx(2.04).epsilon(0.005));
+  const auto [split_ms, spread_ms, both_ms] = split_and_spread_ms("h100-render", 5);
+  CHECK(split_ms == Approx(5.76).epsilon(0.002));
+  CHECK(spread_ms == Approx(4.44).epsilon(0.002));
+  CHECK(both_ms == Approx(2.04).epsilon(0.005));
 }
 
 TEST_CASE("of 10,000 programmed timings split and spread together are never worse than either by more than a step",
